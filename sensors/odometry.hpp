@@ -1,0 +1,20 @@
+// Dead reckoning: a pose in a frame that drifts.
+#pragma once
+
+#include <lamina/models/lie/se3.hpp>
+#include <lamina/models/timestamp.hpp>
+#include <lamina/sensors/calibration.hpp>
+
+namespace lamina {
+
+struct Odometry {
+  Timestamp stamp;
+  SE3 T_odom_body;
+};
+
+/// Covariance of the increment T_from_to in its right tangent (translation, rotation), by the
+/// model's random walk over the distance and the angle travelled. Never singular: planar odometry
+/// holds height, roll and pitch with small sigmas of their own.
+Matrix6d increment_covariance(const OdometryModel& model, const SE3& T_from_to);
+
+}  // namespace lamina

@@ -1,0 +1,45 @@
+// A recording or a live device: measurements in time order.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <lamina/sensors/calibration.hpp>
+#include <lamina/sensors/measurement.hpp>
+
+namespace lamina {
+
+/// Settings a reader may need; every one has a default that suits most recordings.
+struct RecordingOptions {
+  std::map<std::string, std::string> topics;  ///< ROS: role ("scan", "depth", "odom") -> topic
+  std::optional<std::filesystem::path> calibration;  ///< overrides what the recording says
+  double association_tolerance_s = 0.02;             ///< pairs left and right, depth and colour
+};
+
+/// Gives the measurements of a source in time order, all streams merged.
+class Recording {
+ public:
+  virtual ~Recording() = default;
+  /// The next measurement; nullopt at the end. Damaged items are skipped and counted.
+  virtual std::optional<Measurement> next() = 0;
+  virtual const Calibration& calibration() const = 0;
+  /// What was left out so far, by reason, e.g. {"missing file", 3}.
+  virtual std::map<std::string, std::int64_t> skipped() const = 0;
+  /// Remarks for people: what was found, assumed or is odd.
+  virtual std::vector<std::string> remarks() const { return {}; }
+  /// How many measurements there will be, where the source can tell (for progress).
+  virtual std::optional<std::int64_t> size_hint() const { return std::nullopt; }
+};
+
+/// Opens what `input` names: a dataset folder, .oni, .log/.clf, .rawlog, .bag, .pcd, a folder of
+/// .pcd, or `openni:`[URI]. Throws lamina::Error when it is none of these or cannot be read, or
+/// when this build lacks the reader.
+std::unique_ptr<Recording> open_recording(const std::string& input,
+                                          const RecordingOptions& options = {});
+
+}  // namespace lamina
