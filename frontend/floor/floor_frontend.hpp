@@ -1,0 +1,39 @@
+// The floor front-end: a depth image or a cloud in; planes, floor surface and surfels out.
+#pragma once
+
+#include <memory>
+
+#include <lamina/frontend/floor/floor_options.hpp>
+#include <lamina/frontend/floor/floor_result.hpp>
+#include <lamina/sensors/depth_frame.hpp>
+#include <lamina/sensors/measurement.hpp>
+
+namespace lamina {
+
+/// The method of [FloorRansac] (docs/floor.md): region of interest, sub-sections, outliers,
+/// recursive RANSAC with the last normal as prior, dominant and sub-dominant planes, surfels.
+/// Depth images take a fast way over pixel blocks in disparity, where a plane is linear and noise
+/// constant; clouds take the steps as written, through PCL. Keeps buffers, the last floor and the
+/// tracked mounting between frames; not to be shared by threads. Same frames, same results.
+class FloorFrontend {
+ public:
+  /// Throws lamina::Error naming the first problem of the options.
+  explicit FloorFrontend(const FloorOptions& options = {});
+  ~FloorFrontend();
+  FloorFrontend(FloorFrontend&&) noexcept;
+  FloorFrontend& operator=(FloorFrontend&&) noexcept;
+
+  /// Any frame is legal: an empty or senseless one gives a status and no planes.
+  FloorResult process(const DepthFrame& frame);
+  FloorResult process(const CloudFrame& frame);
+
+  const FloorOptions& options() const;
+  /// Forgets the last floor and the tracked mounting.
+  void reset();
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lamina
