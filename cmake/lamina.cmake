@@ -1,4 +1,16 @@
-# The one place where flags are set. lamina_add_library / lamina_add_test / lamina_add_app.
+# The one place where flags are set. In short:
+#
+#   lamina_find_dependency(OpenCV 4 REQUIRED COMPONENTS core imgproc)   find_package, and remembered
+#   lamina_pkg_dependency(OPENNI2 libopenni2)                           pkg-config: PkgConfig::OPENNI2
+#   lamina_add_library(NAME SOURCES ... PUBLIC ... PRIVATE ... SYSTEM ...)
+#   lamina_add_test(NAME SOURCES ... LINK ...)      lamina_add_app(NAME SOURCES ... LINK ...)
+#
+# Our libraries are static: whoever links the installed lamina::sensors links OpenCV too, even where
+# it is PRIVATE here. So a folder finds third-party packages with lamina_find_dependency or
+# lamina_pkg_dependency instead of find_package and pkg_check_modules, before its
+# lamina_add_library: the installed lamina-config.cmake then finds the same for that library.
+# (Libraries given by full path, as find_library returns them, need nothing: the path is exported.
+# A Find<Name>.cmake in cmake/ is installed beside the config file and used by it.)
 include(GNUInstallDirs)
 
 if(NOT CMAKE_BUILD_TYPE AND NOT CMAKE_CONFIGURATION_TYPES)
@@ -56,6 +68,40 @@ function(lamina_set_flags target)
   endif()
 endfunction()
 
+# find_package(ARGN...), remembered for the libraries of this folder. Without REQUIRED a package that
+# is not there is not remembered either. A macro, because find_package sets variables here.
+macro(lamina_find_dependency package)
+  find_package(${package} ${ARGN})
+  if(${package}_FOUND)
+    set(_lamina_arguments ${package} ${ARGN})
+    list(REMOVE_ITEM _lamina_arguments REQUIRED QUIET)  # find_dependency hands these on itself
+    lamina_remember_dependency("find_dependency(${_lamina_arguments})")
+  endif()
+endmacro()
+
+# pkg_check_modules(PREFIX REQUIRED IMPORTED_TARGET modules...), remembered: link PkgConfig::PREFIX.
+# With OPTIONAL as first module PREFIX_FOUND says whether it is there.
+macro(lamina_pkg_dependency prefix)
+  find_package(PkgConfig REQUIRED)
+  set(_lamina_modules ${ARGN})
+  if("OPTIONAL" IN_LIST _lamina_modules)
+    list(REMOVE_ITEM _lamina_modules OPTIONAL)
+    pkg_check_modules(${prefix} QUIET IMPORTED_TARGET ${_lamina_modules})
+  else()
+    pkg_check_modules(${prefix} REQUIRED IMPORTED_TARGET ${_lamina_modules})
+  endif()
+  if(${prefix}_FOUND)
+    lamina_remember_dependency("find_dependency(PkgConfig)")
+    lamina_remember_dependency(
+      "pkg_check_modules(${prefix} REQUIRED QUIET IMPORTED_TARGET ${_lamina_modules})")
+  endif()
+endmacro()
+
+function(lamina_remember_dependency call)
+  string(REPLACE ";" " " call "${call}")
+  set_property(DIRECTORY APPEND PROPERTY LAMINA_DEPENDENCIES "${call}")
+endfunction()
+
 # lamina_add_library(NAME SOURCES... PUBLIC targets... PRIVATE targets... [SYSTEM includes...])
 # makes the static library lamina_NAME, alias lamina::NAME, installed and exported.
 function(lamina_add_library name)
@@ -69,7 +115,13 @@ function(lamina_add_library name)
                                               $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   target_include_directories(${target} SYSTEM PRIVATE ${ARG_SYSTEM})
   target_link_libraries(${target} PUBLIC ${ARG_PUBLIC} PRIVATE ${ARG_PRIVATE})
-  set_property(GLOBAL APPEND PROPERTY LAMINA_LIBRARIES ${target})
+  get_property(dependencies DIRECTORY PROPERTY LAMINA_DEPENDENCIES)
+  set_property(GLOBAL PROPERTY LAMINA_DEPENDENCIES_${name} "${dependencies}")
+  set(linked ${ARG_PUBLIC} ${ARG_PRIVATE})
+  list(FILTER linked INCLUDE REGEX "^lamina::")
+  list(TRANSFORM linked REPLACE "^lamina::" "")
+  set_property(GLOBAL PROPERTY LAMINA_LINKED_${name} "${linked}")
+  set_property(GLOBAL APPEND PROPERTY LAMINA_LIBRARIES ${name})
 endfunction()
 
 # lamina_add_test(NAME SOURCES... LINK targets... [LABELS ...]) makes NAME_test and lists each TEST in ctest.
@@ -98,21 +150,58 @@ function(lamina_add_app name)
   install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endfunction()
 
+# What lamina-config.cmake has to find for each library, as CMake code: LAMINA_CONFIG_DEPENDENCIES.
+# Libraries were added bottom to top, so what a library links is complete when it is reached.
+function(lamina_config_dependencies)
+  get_property(libraries GLOBAL PROPERTY LAMINA_LIBRARIES)
+  list(JOIN libraries " " text)
+  set(text "set(lamina_LIBRARIES ${text})\n")
+  foreach(name IN LISTS libraries)
+    get_property(linked GLOBAL PROPERTY LAMINA_LINKED_${name})
+    set(needs_${name} ${name})
+    foreach(other IN LISTS linked)
+      list(APPEND needs_${name} ${needs_${other}})
+    endforeach()
+    list(REMOVE_DUPLICATES needs_${name})
+  endforeach()
+  foreach(name IN LISTS libraries)
+    get_property(calls GLOBAL PROPERTY LAMINA_DEPENDENCIES_${name})
+    list(REMOVE_DUPLICATES calls)
+    set(wanted_by "")
+    foreach(other IN LISTS libraries)
+      if(name IN_LIST needs_${other})
+        list(APPEND wanted_by ${other})
+      endif()
+    endforeach()
+    if(calls)
+      list(JOIN calls "\n  " body)
+      list(JOIN wanted_by "|" pattern)
+      string(APPEND text "if(NOT lamina_FIND_COMPONENTS OR lamina_FIND_COMPONENTS MATCHES "
+                         "\"(^|;)(${pattern})(;|$)\")\n  ${body}\nendif()\n")
+    endif()
+  endforeach()
+  set(LAMINA_CONFIG_DEPENDENCIES "${text}" PARENT_SCOPE)
+endfunction()
+
 # Headers, libraries, and lamina-config.cmake, so that others say find_package(lamina).
 function(lamina_install)
   include(CMakePackageConfigHelpers)
   get_property(libraries GLOBAL PROPERTY LAMINA_LIBRARIES)
-  install(TARGETS ${libraries} EXPORT lamina-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  foreach(folder models sensors frontend backend grid io sim)
+  list(TRANSFORM libraries PREPEND lamina_ OUTPUT_VARIABLE targets)
+  install(TARGETS ${targets} EXPORT lamina-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  foreach(folder IN LISTS libraries)
     install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lamina
             FILES_MATCHING PATTERN "*.hpp")
   endforeach()
   set(destination ${CMAKE_INSTALL_LIBDIR}/cmake/lamina)
   install(EXPORT lamina-targets NAMESPACE lamina:: DESTINATION ${destination})
+  lamina_config_dependencies()
   configure_package_config_file(${CMAKE_SOURCE_DIR}/cmake/lamina-config.cmake.in
     ${CMAKE_BINARY_DIR}/lamina-config.cmake INSTALL_DESTINATION ${destination})
   write_basic_package_version_file(${CMAKE_BINARY_DIR}/lamina-config-version.cmake
     COMPATIBILITY SameMinorVersion)
+  file(GLOB modules ${CMAKE_SOURCE_DIR}/cmake/Find*.cmake)
   install(FILES ${CMAKE_BINARY_DIR}/lamina-config.cmake
-                ${CMAKE_BINARY_DIR}/lamina-config-version.cmake DESTINATION ${destination})
+                ${CMAKE_BINARY_DIR}/lamina-config-version.cmake ${modules}
+          DESTINATION ${destination})
 endfunction()
