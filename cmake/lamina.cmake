@@ -4,6 +4,7 @@
 #   lamina_pkg_dependency(OPENNI2 libopenni2)                           pkg-config: PkgConfig::OPENNI2
 #   lamina_add_library(NAME SOURCES ... PUBLIC ... PRIVATE ... SYSTEM ...)
 #   lamina_add_test(NAME SOURCES ... LINK ...)      lamina_add_app(NAME SOURCES ... LINK ...)
+#   lamina_add_test_support(NAME SOURCES ... LINK ...)      shared by tests: tests/support
 #
 # Our libraries are static: whoever links the installed lamina::sensors links OpenCV too, even where
 # it is PRIVATE here. So a folder finds third-party packages with lamina_find_dependency or
@@ -151,6 +152,16 @@ function(lamina_add_test name)
                                                   LAMINA_BINARY_DIR="${CMAKE_BINARY_DIR}")
   gtest_discover_tests(${name}_test DISCOVERY_MODE PRE_TEST
                        PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}")
+endfunction()
+
+# lamina_add_test_support(NAME SOURCES... LINK targets...) makes the static library lamina_NAME for
+# tests, not installed; its headers are included as "support/NAME.hpp".
+function(lamina_add_test_support name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINK" ${ARGN})
+  add_library(lamina_${name} STATIC ${ARG_SOURCES})
+  lamina_set_flags(lamina_${name} lamina_test_pch)
+  target_include_directories(lamina_${name} PUBLIC ${CMAKE_SOURCE_DIR}/tests)
+  target_link_libraries(lamina_${name} PUBLIC ${ARG_LINK})
 endfunction()
 
 # lamina_add_app(NAME SOURCES... LINK targets...) makes an installed program in the build folder itself.

@@ -1,0 +1,285 @@
+// The checks every factor has to pass.
+#include "support/factor_tester.hpp"
+
+#include <ceres/gradient_checker.h>
+
+#include <cmath>
+#include <limits>
+
+namespace lamina::test {
+namespace {
+
+using testing::AssertionFailure;
+using testing::AssertionResult;
+using testing::AssertionSuccess;
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+const Eigen::IOFormat kRow(10, 0, ", ", "; ", "", "", "[", "]");
+
+std::string text_of(const Blocks& at) {
+  std::ostringstream out;
+  out.precision(17);
+  for (const auto& block : at) {
+    out << "{";
+    for (std::size_t i = 0; i < block.size(); ++i) out << (i ? ", " : "") << block[i];
+    out << "} ";
+  }
+  return out.str();
+}
+
+std::vector<const double*> pointers_to(const Blocks& at) {
+  std::vector<const double*> pointers;
+  for (const auto& block : at) pointers.push_back(block.data());
+  return pointers;
+}
+
+bool same_bits(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  return a.rows() == b.rows() && a.cols() == b.cols() && a.allFinite() && b.allFinite() && a == b;
+}
+
+// Largest entry of each row over all blocks: what differences in that row are measured by.
+Eigen::VectorXd row_scales(const std::vector<Eigen::MatrixXd>& jacobians, Eigen::Index rows) {
+  Eigen::VectorXd scales = Eigen::VectorXd::Zero(rows);
+  for (const auto& J : jacobians) {
+    if (J.cols() > 0) scales = scales.cwiseMax(J.cwiseAbs().rowwise().maxCoeff());
+  }
+  return scales;
+}
+
+AssertionResult compare_jacobians(const std::vector<Eigen::MatrixXd>& ours,
+                                  const std::vector<Eigen::MatrixXd>& theirs, double relative,
+                                  const char* other, const Blocks& at) {
+  const Eigen::Index rows = ours.empty() ? 0 : ours[0].rows();
+  const Eigen::VectorXd scales = row_scales(theirs, rows).cwiseMax(row_scales(ours, rows));
+  for (std::size_t block = 0; block < ours.size(); ++block) {
+    for (Eigen::Index row = 0; row < rows; ++row) {
+      const double worst =
+          ours[block].cols() == 0
+              ? 0
+              : (ours[block].row(row) - theirs[block].row(row)).cwiseAbs().maxCoeff();
+      if (worst <= relative * scales(row)) continue;  // false for NaN
+      return AssertionFailure() << "Jacobian of block " << block << ", row " << row << " is off by "
+                                << worst << " of " << scales(row)
+                                << "\n  analytic: " << ours[block].row(row).format(kRow) << "\n  "
+                                << other << ": " << theirs[block].row(row).format(kRow) << "\n  at "
+                                << text_of(at);
+    }
+  }
+  return AssertionSuccess();
+}
+
+AssertionResult compare_vectors(const Eigen::VectorXd& a, const Eigen::VectorXd& b,
+                                double tolerance, const char* what) {
+  if (a.size() == b.size() && a.allFinite() && b.allFinite()) {
+    const double scale = std::max(1.0, a.cwiseAbs().maxCoeff());
+    if ((a - b).cwiseAbs().maxCoeff() <= tolerance * scale) return AssertionSuccess();
+  }
+  return AssertionFailure() << what << ": " << a.transpose().format(kRow) << " against "
+                            << b.transpose().format(kRow);
+}
+
+}  // namespace
+
+FactorTester::FactorTester(const ceres::CostFunction& cost,
+                           std::vector<const ceres::Manifold*> manifolds)
+    : cost_(cost), manifolds_(std::move(manifolds)) {
+  manifolds_.resize(cost_.parameter_block_sizes().size(), nullptr);
+}
+
+FactorTester::Evaluation FactorTester::evaluate(const ceres::CostFunction& cost, const Blocks& at,
+                                                const std::vector<bool>& wanted) const {
+  const auto& sizes = cost.parameter_block_sizes();
+  std::vector<RowMajor> storage(sizes.size());
+  std::vector<double*> pointers(sizes.size(), nullptr);
+  bool any = false;
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    if (i >= wanted.size() || !wanted[i]) continue;
+    storage[i] = RowMajor::Constant(cost.num_residuals(), sizes[i], kNaN);
+    pointers[i] = storage[i].data();
+    any = true;
+  }
+  Evaluation result;
+  result.residuals = Eigen::VectorXd::Constant(cost.num_residuals(), kNaN);
+  result.good = cost.Evaluate(pointers_to(at).data(), result.residuals.data(),
+                              any ? pointers.data() : nullptr);
+  for (const auto& J : storage) result.jacobians.push_back(J);
+  return result;
+}
+
+Eigen::VectorXd FactorTester::residuals(const Blocks& at) const {
+  const Evaluation evaluation = evaluate(cost_, at, {});
+  return evaluation.good ? evaluation.residuals : Eigen::VectorXd();
+}
+
+Eigen::MatrixXd FactorTester::to_tangent(const Eigen::MatrixXd& ambient, std::size_t block,
+                                         const Blocks& at) const {
+  const ceres::Manifold* manifold = manifolds_[block];
+  if (manifold == nullptr) return ambient;
+  RowMajor plus(manifold->AmbientSize(), manifold->TangentSize());
+  manifold->PlusJacobian(at[block].data(), plus.data());
+  return ambient * plus;
+}
+
+Blocks FactorTester::perturbed(const Blocks& at, double sigma, Random& random) const {
+  Blocks result = at;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const int size = static_cast<int>(at[i].size());
+    const int tangent = manifolds_[i] ? manifolds_[i]->TangentSize() : size;
+    const Eigen::VectorXd step = random.normal_vector(tangent, sigma);
+    if (manifolds_[i]) {
+      manifolds_[i]->Plus(at[i].data(), step.data(), result[i].data());
+    } else {
+      for (int k = 0; k < size; ++k) result[i][static_cast<std::size_t>(k)] += step(k);
+    }
+  }
+  return result;
+}
+
+AssertionResult FactorTester::is_zero(const Blocks& at, double tolerance) const {
+  return residual_is(at, Eigen::VectorXd::Zero(cost_.num_residuals()), tolerance);
+}
+
+AssertionResult FactorTester::residual_is(const Blocks& at, const Eigen::VectorXd& expected,
+                                          double tolerance) const {
+  return compare_vectors(residuals(at), expected, tolerance, "residual against expected");
+}
+
+AssertionResult FactorTester::gradients_agree(const Blocks& at, double relative) const {
+  ceres::NumericDiffOptions options;
+  options.ridders_relative_initial_step_size = 1e-3;
+  const ceres::GradientChecker checker(&cost_, &manifolds_, options);
+  ceres::GradientChecker::ProbeResults probe;
+  checker.Probe(pointers_to(at).data(), relative, &probe);
+  if (!probe.return_value) return AssertionFailure() << "Evaluate failed at " << text_of(at);
+  // Probe's own verdict divides by each entry, also by those that are zero but for rounding; here
+  // a difference is measured by the largest entry of its row.
+  std::vector<Eigen::MatrixXd> ours, numeric;
+  for (std::size_t i = 0; i < manifolds_.size(); ++i) {
+    ours.push_back(probe.local_jacobians[i]);
+    numeric.push_back(probe.local_numeric_jacobians[i]);
+  }
+  return compare_jacobians(ours, numeric, relative, "numeric ", at);
+}
+
+AssertionResult FactorTester::agrees_with(const ceres::CostFunction& twin, const Blocks& at,
+                                          double relative) const {
+  const std::vector<bool> all(manifolds_.size(), true);
+  const Evaluation a = evaluate(cost_, at, all), b = evaluate(twin, at, all);
+  if (!a.good || !b.good) return AssertionFailure() << "Evaluate failed at " << text_of(at);
+  if (auto same = compare_vectors(a.residuals, b.residuals, relative, "residual against twin's");
+      !same) {
+    return same << "\n  at " << text_of(at);
+  }
+  std::vector<Eigen::MatrixXd> ours, theirs;
+  for (std::size_t i = 0; i < manifolds_.size(); ++i) {
+    ours.push_back(to_tangent(a.jacobians[i], i, at));
+    theirs.push_back(to_tangent(b.jacobians[i], i, at));
+  }
+  return compare_jacobians(ours, theirs, relative, "autodiff", at);
+}
+
+AssertionResult FactorTester::null_jacobians_allowed(const Blocks& at) const {
+  const std::size_t blocks = manifolds_.size();
+  const Evaluation full = evaluate(cost_, at, std::vector<bool>(blocks, true));
+  if (!full.good) return AssertionFailure() << "Evaluate failed at " << text_of(at);
+  if (!same_bits(evaluate(cost_, at, {}).residuals, full.residuals)) {
+    return AssertionFailure() << "residuals differ, or are not all written, without Jacobians at "
+                              << text_of(at);
+  }
+  for (std::size_t i = 0; i < blocks; ++i) {
+    std::vector<bool> wanted(blocks, false);
+    wanted[i] = true;
+    const Evaluation one = evaluate(cost_, at, wanted);
+    if (!one.good || !same_bits(one.residuals, full.residuals) ||
+        !same_bits(one.jacobians[i], full.jacobians[i])) {
+      return AssertionFailure() << "asked for the Jacobian of block " << i
+                                << " alone: values differ, or are not all written, at "
+                                << text_of(at);
+    }
+  }
+  return AssertionSuccess();
+}
+
+AssertionResult FactorTester::same_residuals(const Blocks& a, const Blocks& b,
+                                             double tolerance) const {
+  return compare_vectors(residuals(a), residuals(b), tolerance, "residuals before and after");
+}
+
+AssertionResult FactorTester::unchanged_when_moved(
+    const Blocks& at, const std::function<Blocks(const SE3&, const Blocks&)>& moved,
+    double tolerance, std::uint64_t seed) const {
+  Random random(seed);
+  for (int i = 0; i < 10; ++i) {
+    const SE3 T_new_old = random.pose(10.0);
+    if (auto same = same_residuals(at, moved(T_new_old, at), tolerance); !same) {
+      return same << "\n  move " << i << " of seed " << seed << ", at " << text_of(at);
+    }
+  }
+  return AssertionSuccess();
+}
+
+AssertionResult FactorTester::check_all(const std::vector<Blocks>& at,
+                                        const FactorCheck& check) const {
+  if (at.empty()) return AssertionFailure() << "no point to check at";
+  Random random(check.seed);
+  std::vector<Blocks> points = at;
+  for (int i = 0; i < check.points; ++i) {
+    points.push_back(perturbed(at[static_cast<std::size_t>(i) % at.size()], check.spread, random));
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    AssertionResult result = null_jacobians_allowed(points[i]);
+    if (result) result = gradients_agree(points[i], check.gradient);
+    if (result && check.autodiff_twin) {
+      result = agrees_with(*check.autodiff_twin, points[i], check.twin);
+    }
+    if (!result) return result << "\n  point " << i << " of seed " << check.seed;
+  }
+  return AssertionSuccess();
+}
+
+AssertionResult has_unit_covariance(const std::function<Eigen::VectorXd(Random&)>& draw,
+                                    int samples, std::uint64_t seed) {
+  Random random(seed);
+  Eigen::VectorXd sum;
+  Eigen::MatrixXd squares;
+  for (int i = 0; i < samples; ++i) {
+    const Eigen::VectorXd r = draw(random);
+    if (i == 0) {
+      sum = Eigen::VectorXd::Zero(r.size());
+      squares = Eigen::MatrixXd::Zero(r.size(), r.size());
+    }
+    sum += r;
+    squares += r * r.transpose();
+  }
+  const double n = samples;
+  const double worst_mean = (sum / n).cwiseAbs().maxCoeff();
+  const auto unit = Eigen::MatrixXd::Identity(sum.size(), sum.size());
+  const double worst_covariance = (squares / n - unit).cwiseAbs().maxCoeff();
+  // Standard errors: 1/sqrt(n) of a mean, sqrt(2/n) of a variance, 1/sqrt(n) of a covariance.
+  if (worst_mean < 5 / std::sqrt(n) && worst_covariance < 5 * std::sqrt(2 / n)) {
+    return AssertionSuccess();
+  }
+  return AssertionFailure() << "whitened residuals of seed " << seed << " have mean "
+                            << (sum / n).transpose().format(kRow) << " and covariance "
+                            << (squares / n).format(kRow);
+}
+
+AssertionResult is_consistent(const std::function<ErrorAndCovariance(Random&)>& draw, int samples,
+                              std::uint64_t seed) {
+  Random random(seed);
+  double sum = 0;
+  Eigen::Index degrees = 0;
+  for (int i = 0; i < samples; ++i) {
+    const auto [error, covariance] = draw(random);
+    degrees = error.size();
+    sum += error.dot(covariance.ldlt().solve(error));
+  }
+  const double mean = sum / samples;
+  const double band = 3.29 * std::sqrt(2.0 * static_cast<double>(degrees) / samples);
+  if (std::abs(mean - static_cast<double>(degrees)) < band) return AssertionSuccess();
+  return AssertionFailure() << "normalised squared error of seed " << seed << " averages " << mean
+                            << ", expected " << degrees << " +- " << band;
+}
+
+}  // namespace lamina::test
