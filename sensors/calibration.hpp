@@ -16,8 +16,8 @@ namespace lamina {
 /// frame (z forward, x right, y down).
 struct CameraModel {
   int width = 0, height = 0;
-  double fx = 0, fy = 0, cx = 0, cy = 0;             ///< px
-  std::optional<std::array<double, 5>> distortion;   ///< k1 k2 p1 p2 k3 (Brown-Conrady)
+  double fx = 0, fy = 0, cx = 0, cy = 0;            ///< px
+  std::optional<std::array<double, 5>> distortion;  ///< k1 k2 p1 p2 k3 (Brown-Conrady)
   SE3 T_body_camera;
 };
 
@@ -40,10 +40,10 @@ struct LidarModel {
 
 /// Random walk of odometry: sigmas grow with the square root of what was travelled.
 struct OdometryModel {
-  double sigma_translation = 0.02;      ///< m per sqrt(m) travelled
-  double sigma_rotation = 0.02;         ///< rad per sqrt(m)
-  double sigma_rotation_turn = 0.05;    ///< rad per sqrt(rad) turned
-  bool planar = true;                   ///< wheels on a floor
+  double sigma_translation = 0.02;    ///< m per sqrt(m) travelled
+  double sigma_rotation = 0.02;       ///< rad per sqrt(m)
+  double sigma_rotation_turn = 0.05;  ///< rad per sqrt(rad) turned
+  bool planar = true;                 ///< wheels on a floor
 };
 
 struct Calibration {
@@ -51,11 +51,14 @@ struct Calibration {
   std::optional<StereoCamera> stereo_camera;
   std::optional<LidarModel> lidar;
   OdometryModel odometry;
+  bool odometry_given = false;       ///< the file has an odometry section
   std::vector<std::string> remarks;  ///< what was defaulted, for `lamina info`
 };
 
 /// Reads calibration.yaml (docs/formats.md). Throws lamina::Error naming file, key, what was found
 /// and what was expected; an unknown key is an error that suggests the nearest.
 Calibration read_calibration(const std::filesystem::path& file);
+/// The same for a text; `file` is the name used in messages.
+Calibration parse_calibration(const std::string& text, const std::string& file);
 
 }  // namespace lamina

@@ -8,11 +8,11 @@ namespace lamina {
 struct DepthNoise {
   enum class Kind { kIdeal, kKinect, kStereo };
   Kind kind = Kind::kKinect;
-  double focal_baseline = 0;    ///< f b, px m: disparity_px = focal_baseline / Z
-  double disparity_sigma = 0;   ///< px, 1-sigma, per pixel
-  double disparity_step = 0;    ///< px, quantisation step (0: none)
-  double correlation_px = 0;    ///< px over which the noise of neighbours is alike (0: white)
-  double disparity_floor = 0;   ///< px, 1-sigma, shared by all pixels of a patch: does not average
+  double focal_baseline = 0;   ///< f b, px m: disparity_px = focal_baseline / Z
+  double disparity_sigma = 0;  ///< px, 1-sigma, per pixel
+  double disparity_step = 0;   ///< px, quantisation step (0: none)
+  double correlation_px = 0;   ///< px over which the noise of neighbours is alike (0: white)
+  double disparity_floor = 0;  ///< px, 1-sigma, shared by all pixels of a patch: does not average
   double min_range = 0, max_range = 1e9;  ///< m
 
   /// [Khoshelham2012]: 1/Z linear in disparity, sigma_Z = 1.425e-3 Z^2.

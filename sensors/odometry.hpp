@@ -10,6 +10,7 @@ namespace lamina {
 struct Odometry {
   Timestamp stamp;
   SE3 T_odom_body;
+  bool interpolated = false;  ///< between recorded samples, at another sensor's time
 };
 
 /// Covariance of the increment T_from_to in its right tangent (translation, rotation), by the

@@ -1,0 +1,282 @@
+// A dataset folder (TUM RGB-D layout and more) as a recording.
+#include <algorithm>
+#include <array>
+#include <deque>
+#include <set>
+
+#include <lamina/models/error.hpp>
+#include <lamina/sensors/image_file.hpp>
+#include <lamina/sensors/odometry_track.hpp>
+#include <lamina/sensors/recording_sources.hpp>
+#include <lamina/sensors/rectify.hpp>
+#include <lamina/sensors/text.hpp>
+#include <lamina/sensors/text_streams.hpp>
+#include <lamina/sensors/time_order.hpp>
+
+namespace lamina {
+namespace {
+// At equal times in this order: what helps to interpret a frame comes before it.
+enum class Stream { kAccelerometer, kOdometry, kScan, kDepth, kStereo };
+
+struct Item {
+  Timestamp stamp;
+  Stream stream;
+  std::size_t index;
+};
+
+class DatasetRecording final : public Recording {
+ public:
+  DatasetRecording(const std::filesystem::path& folder, const RecordingOptions& options)
+      : folder_(folder),
+        calibration_(read_calibration(options.calibration.value_or(folder / "calibration.yaml"))) {
+    remarks_ = calibration_.remarks;
+    read_poses();
+    read_scans();
+    read_depth_list(options);
+    read_stereo_lists(options);
+    schedule();
+  }
+
+  std::optional<Measurement> next() override {
+    while (position_ < items_.size()) {
+      const Item& item = items_[position_++];
+      std::optional<Measurement> result = read(item);
+      if (!result) continue;
+      if (item.stream > Stream::kOdometry) ++frames_;
+      return result;
+    }
+    if (frames_ == 0 && expects_frames_) fail_nothing_usable();
+    return std::nullopt;
+  }
+  const Calibration& calibration() const override { return calibration_; }
+  std::map<std::string, std::int64_t> skipped() const override { return skips_.counts(); }
+  std::vector<std::string> remarks() const override { return remarks_; }
+  std::optional<std::int64_t> size_hint() const override {
+    return static_cast<std::int64_t>(items_.size());
+  }
+
+ private:
+  bool has(const char* name) const { return std::filesystem::exists(folder_ / name); }
+  std::string text(const char* name) const { return read_file_bytes(folder_ / name); }
+  void read_poses();
+  void read_scans();
+  void read_depth_list(const RecordingOptions& options);
+  void read_stereo_lists(const RecordingOptions& options);
+  std::vector<ListEntry> read_list(const char* name);
+  [[noreturn]] void fail_missing_section(const char* section, const char* file) const;
+  [[noreturn]] void fail_nothing_usable() const;
+  void schedule();
+  std::optional<Measurement> read(const Item& item);
+  std::optional<Measurement> read_depth(const ListEntry& entry);
+  std::optional<Measurement> read_stereo(std::size_t index);
+  std::optional<Measurement> read_scan(const ScanLine& line);
+
+  std::filesystem::path folder_;
+  Calibration calibration_;
+  std::vector<std::string> remarks_;
+  SkipCounts skips_;
+  OdometryTrack track_;
+  std::vector<Odometry> odometry_;
+  std::vector<Accelerometer> accelerometer_;
+  std::string scans_text_;
+  std::vector<ScanLine> scans_;
+  std::vector<ListEntry> depth_;
+  std::vector<std::array<ListEntry, 2>> stereo_;  // left, right
+  std::optional<Rectifier> depth_rectifier_, stereo_rectifier_;
+  std::vector<Item> items_;
+  std::size_t position_ = 0;
+  std::int64_t frames_ = 0;
+  bool expects_frames_ = false;
+};
+
+void DatasetRecording::read_poses() {
+  if (has("odometry.txt")) {
+    odometry_ = parse_odometry(text("odometry.txt"), skips_);
+    track_ = OdometryTrack(odometry_);
+  }
+  if (has("accelerometer.txt")) {
+    accelerometer_ = parse_accelerometer(text("accelerometer.txt"), skips_);
+  }
+}
+
+void DatasetRecording::read_scans() {
+  if (!has("scans.csv")) return;
+  scans_text_ = text("scans.csv");
+  scans_ = index_scans(scans_text_, skips_);
+  if (!calibration_.lidar) {
+    calibration_.lidar = LidarModel();
+    remarks_.push_back("lidar: not in calibration.yaml; defaults at the body's origin are used");
+  }
+}
+
+void DatasetRecording::fail_missing_section(const char* section, const char* file) const {
+  throw input_error((folder_ / "calibration.yaml").string(), section, "nothing",
+                    std::string("the camera of ") + file);
+}
+
+// The entries of a list whose files exist; the others are counted.
+std::vector<ListEntry> DatasetRecording::read_list(const char* name) {
+  std::vector<ListEntry> entries = parse_list(text(name), skips_);
+  const auto absent = [&](const ListEntry& entry) {
+    std::error_code error;
+    return !std::filesystem::is_regular_file(folder_ / entry.path, error);
+  };
+  skips_.add(kSkipMissingFile, static_cast<std::int64_t>(std::erase_if(entries, absent)));
+  return entries;
+}
+
+void DatasetRecording::read_depth_list(const RecordingOptions& options) {
+  if (!has("depth.txt")) return;
+  if (!calibration_.depth_camera) fail_missing_section("depth_camera", "depth.txt");
+  depth_ = read_list("depth.txt");
+  depth_rectifier_.emplace(calibration_.depth_camera->camera);
+  if (!has("rgb.txt")) return;
+  SkipCounts colour;  // colour is no measurement: what it lacks is only remarked
+  std::vector<Timestamp> depth_stamps, colour_stamps;
+  for (const ListEntry& entry : depth_) depth_stamps.push_back(entry.stamp);
+  for (const ListEntry& entry : parse_list(text("rgb.txt"), colour)) {
+    colour_stamps.push_back(entry.stamp);
+  }
+  const auto pairs =
+      associate_by_time(depth_stamps, colour_stamps, options.association_tolerance_s);
+  const auto paired = std::count_if(pairs.begin(), pairs.end(), [](auto i) { return i >= 0; });
+  remarks_.push_back("rgb.txt: " + std::to_string(colour_stamps.size()) + " images, " +
+                     std::to_string(paired) + " with a depth image within tolerance");
+}
+
+void DatasetRecording::read_stereo_lists(const RecordingOptions& options) {
+  if (!has("left.txt") && !has("right.txt")) return;
+  for (const char* name : {"left.txt", "right.txt"}) {
+    if (!has(name)) {
+      throw input_error((folder_ / name).string(), "", "no such file",
+                        "both left.txt and right.txt");
+    }
+  }
+  if (!calibration_.stereo_camera) fail_missing_section("stereo_camera", "left.txt");
+  stereo_rectifier_.emplace(calibration_.stereo_camera->camera);
+  const std::vector<ListEntry> left = read_list("left.txt"), right = read_list("right.txt");
+  std::vector<Timestamp> left_stamps, right_stamps;
+  for (const ListEntry& entry : left) left_stamps.push_back(entry.stamp);
+  for (const ListEntry& entry : right) right_stamps.push_back(entry.stamp);
+  const auto pairs = associate_by_time(left_stamps, right_stamps, options.association_tolerance_s);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (pairs[i] < 0) continue;
+    stereo_.push_back({left[i], right[static_cast<std::size_t>(pairs[i])]});
+  }
+  skips_.add(kSkipNoPartner,
+             static_cast<std::int64_t>(left.size() + right.size() - 2 * stereo_.size()));
+}
+
+void DatasetRecording::schedule() {
+  const auto add = [&](Stream stream, std::size_t index, Timestamp stamp) {
+    items_.push_back({stamp, stream, index});
+  };
+  std::set<Timestamp> odometry_stamps;
+  for (std::size_t i = 0; i < odometry_.size(); ++i) {
+    add(Stream::kOdometry, i, odometry_[i].stamp);
+    odometry_stamps.insert(odometry_[i].stamp);
+  }
+  // A frame between odometry samples gets its own, so that whoever reads in order has both.
+  const auto add_frame = [&](Stream stream, std::size_t index, Timestamp stamp) {
+    expects_frames_ = true;
+    add(stream, index, stamp);
+    if (!odometry_stamps.insert(stamp).second) return;
+    if (const auto between = track_.at(stamp)) {
+      odometry_.push_back(*between);
+      add(Stream::kOdometry, odometry_.size() - 1, stamp);
+    }
+  };
+  for (std::size_t i = 0; i < accelerometer_.size(); ++i) {
+    add(Stream::kAccelerometer, i, accelerometer_[i].stamp);
+  }
+  for (std::size_t i = 0; i < scans_.size(); ++i) add_frame(Stream::kScan, i, scans_[i].stamp);
+  for (std::size_t i = 0; i < depth_.size(); ++i) add_frame(Stream::kDepth, i, depth_[i].stamp);
+  for (std::size_t i = 0; i < stereo_.size(); ++i) {
+    add_frame(Stream::kStereo, i, stereo_[i][0].stamp);
+  }
+  std::stable_sort(items_.begin(), items_.end(), [](const Item& a, const Item& b) {
+    return std::tie(a.stamp, a.stream) < std::tie(b.stamp, b.stream);
+  });
+  if (!expects_frames_) fail_nothing_usable();
+}
+
+void DatasetRecording::fail_nothing_usable() const {
+  std::string found = "nothing usable";
+  for (const auto& [why, count] : skips_.counts()) {
+    found += (found.size() > 14 ? ", " : " (") + std::to_string(count) + " x " + why;
+  }
+  if (skips_.total() > 0) found += ")";
+  throw input_error(folder_.string(), "", found,
+                    "depth.txt, left.txt and right.txt, or scans.csv with what they list");
+}
+
+std::optional<Measurement> DatasetRecording::read(const Item& item) {
+  switch (item.stream) {
+    case Stream::kAccelerometer:
+      return accelerometer_[item.index];
+    case Stream::kOdometry:
+      return odometry_[item.index];
+    case Stream::kScan:
+      return read_scan(scans_[item.index]);
+    case Stream::kDepth:
+      return read_depth(depth_[item.index]);
+    case Stream::kStereo:
+      return read_stereo(item.index);
+  }
+  return std::nullopt;
+}
+
+std::optional<Measurement> DatasetRecording::read_depth(const ListEntry& entry) {
+  const DepthCamera& camera = *calibration_.depth_camera;
+  std::string why;
+  auto image =
+      read_depth_image(folder_ / entry.path, camera.camera.width, camera.camera.height, why);
+  if (!image) {
+    skips_.add(why);
+    return std::nullopt;
+  }
+  DepthFrame frame{entry.stamp, camera, std::move(image->pixels)};
+  if (depth_rectifier_->needed()) {
+    frame.raw = depth_rectifier_->depth(frame.raw);
+    frame.camera.camera.distortion.reset();
+  }
+  return frame;
+}
+
+std::optional<Measurement> DatasetRecording::read_stereo(std::size_t index) {
+  const StereoCamera& camera = *calibration_.stereo_camera;
+  StereoFrame frame;
+  frame.stamp = stereo_[index][0].stamp;
+  frame.camera = camera;
+  frame.camera.camera.distortion.reset();
+  std::string why;
+  for (const bool right : {false, true}) {
+    auto image = read_grey_image(folder_ / stereo_[index][right].path, camera.camera.width,
+                                 camera.camera.height, why);
+    if (!image) {
+      skips_.add(why);
+      return std::nullopt;
+    }
+    (right ? frame.right : frame.left) = stereo_rectifier_->grey(image->pixels);
+  }
+  return frame;
+}
+
+std::optional<Measurement> DatasetRecording::read_scan(const ScanLine& line) {
+  std::string why;
+  auto scan = parse_scan_line(line.line, why);
+  if (!scan) {
+    skips_.add(why);
+    return std::nullopt;
+  }
+  scan->lidar = *calibration_.lidar;
+  return *std::move(scan);
+}
+}  // namespace
+
+std::unique_ptr<Recording> open_dataset_folder(const std::filesystem::path& folder,
+                                               const RecordingOptions& options) {
+  return std::make_unique<DatasetRecording>(folder, options);
+}
+
+}  // namespace lamina

@@ -1,0 +1,20 @@
+// Image files by their expected size.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include <lamina/sensors/png_image.hpp>
+
+namespace lamina {
+
+/// A 16-bit depth PNG. On failure nullopt and a kSkip... reason in `why`.
+std::optional<DepthImage> read_depth_image(const std::filesystem::path& file, int width, int height,
+                                           std::string& why);
+
+/// A PNG, or anything else OpenCV reads (JPEG, ...), as 8-bit grey.
+std::optional<GreyImage> read_grey_image(const std::filesystem::path& file, int width, int height,
+                                         std::string& why);
+
+}  // namespace lamina

@@ -1,0 +1,33 @@
+// Odometry of a whole recording, asked for at the times of other sensors.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <lamina/models/trajectory.hpp>
+#include <lamina/sensors/odometry.hpp>
+
+namespace lamina {
+
+/// Builds the track from samples in any order; those whose time goes back are left out and counted.
+class OdometryTrack {
+ public:
+  OdometryTrack() = default;
+  explicit OdometryTrack(std::span<const Odometry> samples);
+
+  bool empty() const { return track_.empty(); }
+  const Trajectory& trajectory() const { return track_; }
+  std::size_t dropped() const { return dropped_; }
+  /// On the geodesic between the two samples around `stamp`. Up to kLongestExtrapolation seconds
+  /// before the first or after the last the end's motion is carried on; nullopt further out.
+  std::optional<Odometry> at(Timestamp stamp) const;
+
+  static constexpr double kLongestExtrapolation = 0.5;  // s
+
+ private:
+  Trajectory track_;
+  std::size_t dropped_ = 0;
+};
+
+}  // namespace lamina

@@ -1,0 +1,27 @@
+// The readers behind open_recording(), one function each.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <lamina/sensors/recording.hpp>
+
+namespace lamina {
+
+std::unique_ptr<Recording> open_dataset_folder(const std::filesystem::path& folder,
+                                               const RecordingOptions& options);
+std::unique_ptr<Recording> open_carmen_log(const std::filesystem::path& file,
+                                           const RecordingOptions& options);
+std::unique_ptr<Recording> open_rawlog(const std::filesystem::path& file,
+                                       const RecordingOptions& options);
+std::unique_ptr<Recording> open_rosbag(const std::filesystem::path& file,
+                                       const RecordingOptions& options);
+/// `uri` is a file (.oni), a device's URI, or empty for any device.
+std::unique_ptr<Recording> open_openni(const std::string& uri, bool is_file,
+                                       const RecordingOptions& options);
+/// One .pcd, or all of a folder in name order.
+std::unique_ptr<Recording> open_pcd(const std::filesystem::path& path,
+                                    const RecordingOptions& options);
+
+}  // namespace lamina

@@ -1,0 +1,40 @@
+// The text files of a dataset folder: image lists, scans.csv, TUM poses, accelerometer.txt. Lines
+// that cannot be read are left out and counted; the rest stands.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lamina/sensors/measurement.hpp>
+#include <lamina/sensors/skip_counts.hpp>
+
+namespace lamina {
+
+/// One line of depth.txt, left.txt, ...
+struct ListEntry {
+  Timestamp stamp;
+  std::string path;  ///< relative to the folder
+};
+
+/// `timestamp path` lines, in increasing time; entries whose time goes back are counted in `skips`.
+std::vector<ListEntry> parse_list(std::string_view text, SkipCounts& skips);
+
+/// Where a scan stands in scans.csv: ranges are read when it is asked for.
+struct ScanLine {
+  Timestamp stamp;
+  std::string_view line;
+};
+/// Lines that read as scans, in increasing time. Views point into `text`.
+std::vector<ScanLine> index_scans(std::string_view text, SkipCounts& skips);
+/// One line of scans.csv; nullopt and the reason in `why` when it is none.
+std::optional<LaserScan> parse_scan_line(std::string_view line, std::string& why);
+
+/// TUM lines `timestamp tx ty tz qx qy qz qw`, in file order.
+std::vector<Odometry> parse_odometry(std::string_view text, SkipCounts& skips);
+
+/// `timestamp ax ay az` lines, in increasing time.
+std::vector<Accelerometer> parse_accelerometer(std::string_view text, SkipCounts& skips);
+
+}  // namespace lamina

@@ -1,0 +1,75 @@
+// The real recordings read as their sources say. Skipped where ../shared/data is absent.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include <lamina/sensors/recording.hpp>
+
+namespace lamina {
+namespace {
+
+std::string data_folder() {
+  const char* folder = std::getenv("LAMINA_DATA");
+  return folder ? folder : LAMINA_SOURCE_DIR "/../shared/data";
+}
+
+struct Counts {
+  std::int64_t depth = 0, stereo = 0, scans = 0, odometry = 0;
+  bool ordered = true;
+};
+
+Counts count(Recording& recording) {
+  Counts counts;
+  std::optional<Timestamp> last;
+  while (const auto m = recording.next()) {
+    counts.depth += std::holds_alternative<DepthFrame>(*m);
+    counts.stereo += std::holds_alternative<StereoFrame>(*m);
+    counts.scans += std::holds_alternative<LaserScan>(*m);
+    counts.odometry += std::holds_alternative<Odometry>(*m);
+    counts.ordered = counts.ordered && (!last || *last <= stamp_of(*m));
+    last = stamp_of(*m);
+  }
+  return counts;
+}
+
+#define OPEN_OR_SKIP(recording, path)                                           \
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << (path) << " is not here"; \
+  const auto recording = open_recording(path)
+
+TEST(RealRecordings, CorridorHas220DepthFrames) {
+  OPEN_OR_SKIP(recording, data_folder() + "/icsl_corridor");
+  const Counts counts = count(*recording);
+  EXPECT_EQ(counts.depth, 220);
+  EXPECT_TRUE(counts.ordered);
+  EXPECT_TRUE(recording->skipped().empty());
+}
+
+TEST(RealRecordings, StructureHas252DepthFrames) {
+  OPEN_OR_SKIP(recording, data_folder() + "/tum_fr3_structure_notexture_far");
+  EXPECT_EQ(count(*recording).depth, 252);
+}
+
+TEST(RealRecordings, FreiburgHas4791ScansWithOdometry) {
+  OPEN_OR_SKIP(recording, data_folder() + "/freiburg_079/freiburg-079.log");
+  const Counts counts = count(*recording);
+  EXPECT_EQ(counts.scans, 4791);
+  EXPECT_EQ(counts.odometry, 4791);
+  EXPECT_TRUE(counts.ordered);
+}
+
+TEST(RealRecordings, MinesHas756ScansWithOdometry) {
+  OPEN_OR_SKIP(recording, data_folder() + "/mines_exp1/exp1.log");
+  const Counts counts = count(*recording);
+  EXPECT_EQ(counts.scans, 756);
+  EXPECT_EQ(counts.odometry, 756);
+  ASSERT_TRUE(recording->calibration().lidar.has_value());
+  EXPECT_NEAR(recording->calibration().lidar->T_body_lidar.translation().x(), 0.145, 1e-6);
+}
+
+TEST(RealRecordings, PotholesHaveEightPairs) {
+  OPEN_OR_SKIP(recording, data_folder() + "/stereo_potholes_1");
+  EXPECT_EQ(count(*recording).stereo, 8);
+}
+
+}  // namespace
+}  // namespace lamina
