@@ -1,1 +1,4 @@
-list(APPEND LAMINA_BACKEND_SOURCES graph.cpp graph_problems.cpp plane_graph.cpp)
+list(APPEND LAMINA_BACKEND_SOURCES
+  graph.cpp graph_problems.cpp plane_graph.cpp manifolds.cpp
+  factors/states.cpp factors/pose_factors.cpp factors/plane_factors.cpp factors/surfel_factors.cpp
+  factors/marginal_prior.cpp factors/costs.cpp)
