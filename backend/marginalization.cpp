@@ -1,0 +1,133 @@
+// Elimination by orthogonal transformations.
+#include <lamina/backend/marginalization.hpp>
+
+#include <Eigen/Dense>
+#include <limits>
+
+#include <lamina/models/error.hpp>
+
+namespace lamina {
+namespace {
+
+// Rows below this, relative to the largest entry, carry nothing.
+constexpr double kZeroRow = 1e-14;
+
+}  // namespace
+
+EliminationOrder elimination_order(std::span<const int> sizes, std::span<const int> eliminated,
+                                   std::span<const LinearFactor> factors) {
+  std::vector<bool> chosen(sizes.size(), false), blanket(sizes.size(), false);
+  for (int v : eliminated) chosen.at(static_cast<std::size_t>(v)) = true;
+  for (const auto& factor : factors) {
+    for (int v : factor.variables) blanket.at(static_cast<std::size_t>(v)) = true;
+  }
+  EliminationOrder order;
+  order.column.assign(sizes.size(), -1);
+  for (const bool first : {true, false}) {
+    for (std::size_t v = 0; v < sizes.size(); ++v) {
+      if (chosen[v] != first || (!first && !blanket[v])) continue;
+      order.variables.push_back(static_cast<int>(v));
+      order.column[v] = order.columns();
+      (first ? order.eliminated_columns : order.kept_columns) += sizes[v];
+    }
+  }
+  return order;
+}
+
+std::vector<std::size_t> factors_to_eliminate(std::span<const int> eliminated,
+                                              std::span<const LinearFactor> factors) {
+  std::vector<std::size_t> result;
+  for (std::size_t i = 0; i < factors.size(); ++i) {
+    const auto& variables = factors[i].variables;
+    const bool hit = std::any_of(variables.begin(), variables.end(), [&](int v) {
+      return std::find(eliminated.begin(), eliminated.end(), v) != eliminated.end();
+    });
+    if (hit) result.push_back(i);
+  }
+  return result;
+}
+
+LinearSystem linear_system(const EliminationOrder& order, std::span<const LinearFactor> factors) {
+  Eigen::Index rows = 0;
+  for (const auto& factor : factors) rows += factor.residual.size();
+  LinearSystem system;
+  system.eliminated_columns = order.eliminated_columns;
+  system.J = Eigen::MatrixXd::Zero(rows, order.columns());
+  system.r.resize(rows);
+  Eigen::Index row = 0;
+  for (const auto& factor : factors) {
+    const Eigen::Index n = factor.residual.size();
+    system.r.segment(row, n) = factor.residual;
+    for (std::size_t k = 0; k < factor.variables.size(); ++k) {
+      const int column = order.column.at(static_cast<std::size_t>(factor.variables[k]));
+      LAMINA_CHECK(column >= 0 && factor.jacobians[k].rows() == n);
+      system.J.block(row, column, n, factor.jacobians[k].cols()) += factor.jacobians[k];
+    }
+    row += n;
+  }
+  return system;
+}
+
+SquareRootInformation eliminate_by_qr(const LinearSystem& system, double tolerance) {
+  SquareRootInformation result;
+  const Eigen::Index gone = system.eliminated_columns;
+  const Eigen::Index kept = system.J.cols() - gone;
+  result.R.resize(0, kept);
+  if (!system.J.allFinite() || !system.r.allFinite()) {
+    result.constant = std::numeric_limits<double>::infinity();
+    return result;
+  }
+  // [J_kept | r] follows the rotations of J_eliminated; the first rank rows are then used up.
+  Eigen::MatrixXd rest(system.J.rows(), kept + 1);
+  rest << system.J.rightCols(kept), system.r;
+  Eigen::Index rank = 0;
+  if (gone > 0 && system.J.rows() > 0) {
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(system.J.leftCols(gone));
+    qr.setThreshold(tolerance);
+    rank = qr.rank();
+    rest.applyOnTheLeft(qr.householderQ().setLength(qr.nonzeroPivots()).adjoint());
+  }
+  result.eliminated_rank = static_cast<int>(rank);
+  Eigen::MatrixXd left = rest.bottomRows(rest.rows() - rank);
+  if (left.rows() == 0) return result;
+  if (left.rows() > kept + 1) {
+    Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(left);
+    left.conservativeResize(kept + 1, Eigen::NoChange);
+    left.triangularView<Eigen::StrictlyLower>().setZero();
+  } else {
+    Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(left);
+    left.triangularView<Eigen::StrictlyLower>().setZero();
+  }
+  const double scale = kept > 0 ? left.leftCols(kept).cwiseAbs().maxCoeff() : 0.0;
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < left.rows(); ++i) {
+    const bool carries =
+        kept > 0 && left.row(i).head(kept).cwiseAbs().maxCoeff() > kZeroRow * scale && i < kept;
+    if (carries) {
+      rows.push_back(i);
+    } else {
+      result.constant += left(i, kept) * left(i, kept);
+    }
+  }
+  result.R.resize(static_cast<Eigen::Index>(rows.size()), kept);
+  result.r.resize(static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    result.R.row(static_cast<Eigen::Index>(i)) = left.row(rows[i]).head(kept);
+    result.r(static_cast<Eigen::Index>(i)) = left(rows[i], kept);
+  }
+  return result;
+}
+
+DenseInformation eliminate_by_schur(const LinearSystem& system) {
+  const Eigen::Index e = system.eliminated_columns, k = system.J.cols() - e;
+  const Eigen::MatrixXd H = system.J.transpose() * system.J;
+  const Eigen::VectorXd b = system.J.transpose() * system.r;
+  DenseInformation result{H.bottomRightCorner(k, k), b.tail(k)};
+  if (e == 0) return result;
+  const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> Hee(H.topLeftCorner(e, e));
+  result.H -= H.bottomLeftCorner(k, e) * Hee.solve(H.topRightCorner(e, k));
+  result.b -= H.bottomLeftCorner(k, e) * Hee.solve(b.head(e));
+  return result;
+}
+
+}  // namespace lamina

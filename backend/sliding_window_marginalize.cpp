@@ -1,0 +1,325 @@
+// What leaves the window, the prior it leaves behind, and covariances.
+#include <lamina/backend/sliding_window.hpp>
+
+#include <cmath>
+
+#include <lamina/models/error.hpp>
+
+namespace lamina {
+
+std::vector<LinearFactor> SlidingWindow::linearize_touching(const std::vector<bool>& pose_gone,
+                                                            const std::vector<bool>& plane_gone) {
+  std::vector<LinearFactor> factors;
+  const int border = static_cast<int>(poses_.size());
+  const auto gone_pose = [&](KeyframeId id) {
+    return pose_gone[static_cast<std::size_t>(find(id))];
+  };
+  const auto gone_plane = [&](PlaneId id) {
+    return plane_gone[static_cast<std::size_t>(find(id))];
+  };
+  const auto at = [](const auto& state) -> const auto& {
+    return state.frozen ? state.first : state.now;
+  };
+  if (prior_.r.size() > 0) {
+    LinearFactor f;
+    Eigen::Index column = 0;
+    for (const KeyframeId id : prior_.poses) {
+      f.variables.push_back(find(id));
+      f.jacobians.push_back(prior_.R.middleCols(column, 6));
+      column += 6;
+    }
+    for (const PlaneId id : prior_.planes) {
+      f.variables.push_back(border + find(id));
+      f.jacobians.push_back(prior_.R.middleCols(column, 3));
+      column += 3;
+    }
+    f.residual = prior_.r + prior_.R * prior_step();
+    factors.push_back(std::move(f));
+  }
+  for (const auto& b : betweens_) {
+    if (!gone_pose(b.from) && !gone_pose(b.to)) continue;
+    const Pose &pa = poses_[static_cast<std::size_t>(find(b.from))],
+               &pb = poses_[static_cast<std::size_t>(find(b.to))];
+    const Vector6d raw = (b.T.inverse() * pa.now.inverse() * pb.now).log();
+    const Vector6d r = b.S * raw;
+    const double root = b.robust ? std::sqrt(robust_weight(r.squaredNorm())) : 1.0;
+    const Matrix6d Jb = root * b.S * SE3::right_jacobian_inverse(raw);
+    const Matrix6d Ja = -Jb * (at(pb).inverse() * at(pa)).adjoint();
+    factors.push_back({{find(b.from), find(b.to)}, {Ja, Jb}, root * r});
+  }
+  for (const auto& s : singles_) {
+    if (!gone_pose(s.id)) continue;
+    const Vector6d raw = (s.T.inverse() * poses_[static_cast<std::size_t>(find(s.id))].now).log();
+    factors.push_back({{find(s.id)}, {s.S * SE3::right_jacobian_inverse(raw)}, s.S * raw});
+  }
+  for (const auto& g : gravity_) {
+    if (!gone_pose(g.id)) continue;
+    const Pose& pose = poses_[static_cast<std::size_t>(find(g.id))];
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(2, 6);
+    J.rightCols<3>() = -(at(pose).so3().matrix() * SO3::hat(g.up)).topRows<2>() / g.sigma;
+    const Eigen::Vector3d up = pose.now.so3() * g.up;
+    factors.push_back({{find(g.id)}, {J}, up.head<2>() / g.sigma});
+  }
+  for (const auto& h : holds_) {
+    if (!gone_plane(h.id)) continue;
+    const auto& plane = planes_[static_cast<std::size_t>(find(h.id))];
+    factors.push_back({{border + find(h.id)}, {h.S}, h.S * plane.now.boxminus(h.at)});
+  }
+  Eigen::Matrix<double, 4, 6> J_pose;
+  Eigen::Matrix<double, 4, 3> J_plane;
+  for (const auto& s : sightings_) {
+    if (!gone_pose(s.keyframe) && !gone_plane(s.plane)) continue;
+    const Pose& pose = poses_[static_cast<std::size_t>(find(s.keyframe))];
+    const Landmark& plane = planes_[static_cast<std::size_t>(find(s.plane))];
+    const Eigen::Vector4d r = residual(s, pose.now, plane.now, plane.anchor);
+    const double root = std::sqrt(robust_weight(r.squaredNorm()));
+    jacobians(s, at(pose), at(plane), plane.anchor, J_pose, J_plane);
+    factors.push_back(
+        {{find(s.keyframe), border + find(s.plane)}, {root * J_pose, root * J_plane}, root * r});
+  }
+  return factors;
+}
+
+// Elimination order -> linearise -> QR -> prior.
+void SlidingWindow::eliminate(const std::vector<bool>& pose_gone,
+                              const std::vector<bool>& plane_gone) {
+  std::vector<int> sizes(poses_.size(), 6), gone;
+  sizes.insert(sizes.end(), planes_.size(), 3);
+  for (std::size_t i = 0; i < sizes.size(); ++i) {
+    if (i < poses_.size() ? pose_gone[i] : plane_gone[i - poses_.size()]) {
+      gone.push_back(static_cast<int>(i));
+    }
+  }
+  if (gone.empty()) return;
+  const std::vector<LinearFactor> factors = linearize_touching(pose_gone, plane_gone);
+  const EliminationOrder order = elimination_order(sizes, gone, factors);
+  const SquareRootInformation left = eliminate_by_qr(linear_system(order, factors));
+
+  Prior prior;
+  for (const int v : order.variables) {
+    const auto i = static_cast<std::size_t>(v);
+    if (i < poses_.size() ? pose_gone[i] : plane_gone[i - poses_.size()]) continue;
+    const auto freeze = [](auto& state) {
+      if (!state.frozen) state.first = state.now;
+      state.frozen = true;
+      return state.now;
+    };
+    if (i < poses_.size()) {
+      prior.poses.push_back(poses_[i].id);
+      prior.poses_at.push_back(freeze(poses_[i]));
+    } else {
+      prior.planes.push_back(planes_[i - poses_.size()].id);
+      prior.planes_at.push_back(freeze(planes_[i - poses_.size()]));
+    }
+  }
+  if (left.R.rows() > 0) {
+    prior.R = left.R;
+    prior.r = left.r;
+    prior.H = left.R.transpose() * left.R;
+  } else {
+    prior = Prior();
+  }
+
+  const auto pose_is_gone = [&](KeyframeId id) {
+    return pose_gone[static_cast<std::size_t>(find(id))];
+  };
+  const auto plane_is_gone = [&](PlaneId id) {
+    return plane_gone[static_cast<std::size_t>(find(id))];
+  };
+  std::erase_if(betweens_,
+                [&](const Between& f) { return pose_is_gone(f.from) || pose_is_gone(f.to); });
+  std::erase_if(singles_, [&](const Single& f) { return pose_is_gone(f.id); });
+  std::erase_if(gravity_, [&](const Gravity& f) { return pose_is_gone(f.id); });
+  std::erase_if(holds_, [&](const PlaneHold& f) { return plane_is_gone(f.id); });
+  std::erase_if(sightings_, [&](const Sighting& f) {
+    return pose_is_gone(f.keyframe) || plane_is_gone(f.plane);
+  });
+  prior_ = std::move(prior);
+  for (std::size_t i = poses_.size(); i-- > 0;) {
+    if (pose_gone[i]) poses_.erase(poses_.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  for (std::size_t i = planes_.size(); i-- > 0;) {
+    if (plane_gone[i]) planes_.erase(planes_.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+  solved_ = false;
+}
+
+std::vector<bool> SlidingWindow::planes_to_leave(int poses_gone) const {
+  std::vector<bool> leave(planes_.size(), false), seen(planes_.size(), false);
+  for (const auto& s : sightings_) {
+    if (find(s.keyframe) >= poses_gone) seen[static_cast<std::size_t>(find(s.plane))] = true;
+  }
+  std::vector<std::size_t> idle;
+  std::size_t staying = planes_.size();
+  for (std::size_t i = 0; i < planes_.size(); ++i) {
+    if (seen[i]) continue;
+    const std::int64_t lag = options_.keyframes + options_.idle_keyframes;
+    if (keyframes_added_ - planes_[i].idle_since >= lag) {
+      leave[i] = true;
+      --staying;
+    } else {
+      idle.push_back(i);
+    }
+  }
+  std::stable_sort(idle.begin(), idle.end(), [&](std::size_t a, std::size_t b) {
+    return planes_[a].idle_since < planes_[b].idle_since;
+  });
+  for (const std::size_t i : idle) {
+    if (staying <= static_cast<std::size_t>(options_.max_planes)) break;
+    leave[i] = true;
+    --staying;
+  }
+  return leave;
+}
+
+WindowDepartures SlidingWindow::marginalize() {
+  WindowDepartures departures;
+  std::size_t gone = 0;
+  const auto too_old = [&](std::size_t i) {
+    const std::size_t rest = poses_.size() - i;
+    if (rest <= 3) return false;
+    if (rest > static_cast<std::size_t>(options_.keyframes)) return true;
+    return options_.seconds > 0 && poses_.back().stamp - poses_[i].stamp > options_.seconds;
+  };
+  while (gone < poses_.size() && too_old(gone)) ++gone;
+  if (gone == 0) return departures;
+  std::vector<bool> pose_gone(poses_.size(), false);
+  for (std::size_t i = 0; i < gone; ++i) {
+    pose_gone[i] = true;
+    departures.poses.push_back({poses_[i].id, poses_[i].now});
+  }
+  const std::vector<bool> plane_gone = planes_to_leave(static_cast<int>(gone));
+  for (std::size_t i = 0; i < planes_.size(); ++i) {
+    if (!plane_gone[i]) continue;
+    departures.planes.push_back({planes_[i].id, plane_anchor(planes_[i].id),
+                                 solved_ ? plane_covariance(static_cast<int>(i))
+                                         : Eigen::Matrix3d::Constant(std::nan(""))});
+  }
+  eliminate(pose_gone, plane_gone);
+  return departures;
+}
+
+void SlidingWindow::move(const SE3& T) {
+  const Eigen::Matrix3d R = T.so3().matrix();
+  const auto turn = [&R](Chart& chart) {
+    chart.normal = R * chart.normal;
+    chart.basis = R * chart.basis;
+  };
+  for (auto& pose : poses_) {
+    pose.now = T * pose.now;
+    pose.first = T * pose.first;
+  }
+  for (auto& plane : planes_) {
+    plane.anchor = T * plane.anchor;
+    turn(plane.now);
+    turn(plane.first);
+  }
+  for (auto& single : singles_) single.T = T * single.T;
+  for (auto& hold : holds_) turn(hold.at);
+  for (auto& pose : prior_.poses_at) pose = T * pose;
+  for (auto& plane : prior_.planes_at) turn(plane);
+}
+
+// ------------------------------------------------------------------------------- estimates
+
+SE3 SlidingWindow::pose(KeyframeId id) const {
+  const int i = find(id);
+  LAMINA_CHECK(i >= 0);
+  return poses_[static_cast<std::size_t>(i)].now;
+}
+
+Plane SlidingWindow::plane_anchor(PlaneId id) const {
+  const int i = find(id);
+  LAMINA_CHECK(i >= 0);
+  const Chart& chart = planes_[static_cast<std::size_t>(i)].now;
+  return Plane(chart.normal, chart.rho);
+}
+
+std::vector<KeyframeId> SlidingWindow::keyframes() const {
+  std::vector<KeyframeId> result;
+  for (const auto& pose : poses_) result.push_back(pose.id);
+  return result;
+}
+
+std::vector<PlaneId> SlidingWindow::planes() const {
+  std::vector<PlaneId> result;
+  for (const auto& plane : planes_) result.push_back(plane.id);
+  return result;
+}
+
+// From the chart's basis to Plane::tangent_basis().
+static Eigen::Matrix3d to_plane_tangent(const Eigen::Vector3d& normal, const Matrix32d& basis) {
+  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
+  J.topLeftCorner<2, 2>() = Plane::tangent_basis(normal).transpose() * basis;
+  return J;
+}
+
+Eigen::Matrix3d SlidingWindow::plane_covariance(int plane) const {
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(system_.columns(), 3);
+  const int column = system_.plane_column(plane);
+  unit.middleRows<3>(column).setIdentity();
+  const Eigen::Matrix3d C = system_.solve(unit).middleRows<3>(column);
+  const Chart& chart = planes_[static_cast<std::size_t>(plane)].now;
+  const Eigen::Matrix3d J = to_plane_tangent(chart.normal, chart.basis);
+  return J * (0.5 * (C + C.transpose())) * J.transpose();
+}
+
+Matrix6d SlidingWindow::newest_covariance() const {
+  LAMINA_CHECK(solved_ && !poses_.empty());
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(system_.columns(), 6);
+  const int column = 6 * (static_cast<int>(poses_.size()) - 1);
+  unit.middleRows<6>(column).setIdentity();
+  const Matrix6d C = system_.solve(unit).middleRows<6>(column);
+  return 0.5 * (C + C.transpose());
+}
+
+std::optional<Eigen::Matrix<double, 9, 9>> SlidingWindow::joint_covariance(PlaneId id) const {
+  const int plane = find(id);
+  if (!solved_ || plane < 0 || poses_.empty()) return std::nullopt;
+  const int a = 6 * (static_cast<int>(poses_.size()) - 1), b = system_.plane_column(plane);
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(system_.columns(), 9);
+  unit.block<6, 6>(a, 0).setIdentity();
+  unit.block<3, 3>(b, 6).setIdentity();
+  const Eigen::MatrixXd X = system_.solve(unit);
+  Eigen::Matrix<double, 9, 9> C;
+  C.topRows<6>() = X.middleRows<6>(a);
+  C.bottomRows<3>() = X.middleRows<3>(b);
+  const Chart& chart = planes_[static_cast<std::size_t>(plane)].now;
+  Eigen::Matrix<double, 9, 9> J = Eigen::Matrix<double, 9, 9>::Identity();
+  J.bottomRightCorner<3, 3>() = to_plane_tangent(chart.normal, chart.basis);
+  return J * (0.5 * (C + C.transpose())) * J.transpose();
+}
+
+Eigen::MatrixXd SlidingWindow::covariance() const {
+  LAMINA_CHECK(solved_);
+  Eigen::MatrixXd C =
+      system_.solve(Eigen::MatrixXd::Identity(system_.columns(), system_.columns()));
+  C = (0.5 * (C + C.transpose())).eval();
+  for (std::size_t i = 0; i < planes_.size(); ++i) {
+    const Eigen::Matrix3d J = to_plane_tangent(planes_[i].now.normal, planes_[i].now.basis);
+    const int column = system_.plane_column(static_cast<int>(i));
+    C.middleRows<3>(column) = (J * C.middleRows<3>(column)).eval();
+    C.middleCols<3>(column) = (C.middleCols<3>(column) * J.transpose()).eval();
+  }
+  return C;
+}
+
+MarginalPrior SlidingWindow::prior() const {
+  MarginalPrior result;
+  result.keyframes = prior_.poses;
+  result.poses_linear = prior_.poses_at;
+  result.planes = prior_.planes;
+  result.sqrt_information = prior_.R;
+  result.residual = prior_.r;
+  for (std::size_t i = 0; i < prior_.planes_at.size(); ++i) {
+    const Chart& chart = prior_.planes_at[i];
+    result.planes_linear.emplace_back(chart.normal, chart.rho);
+    const auto column = static_cast<Eigen::Index>(6 * prior_.poses.size() + 3 * i);
+    const Eigen::Matrix3d J = to_plane_tangent(chart.normal, chart.basis);
+    result.sqrt_information.middleCols<3>(column) =
+        (prior_.R.middleCols<3>(column) * J.transpose()).eval();
+  }
+  return result;
+}
+
+}  // namespace lamina
