@@ -1,0 +1,69 @@
+// Point-to-line scan matching in the plane: a map of oriented points, and Gauss-Newton over it.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include <lamina/frontend/odometry/planar.hpp>
+#include <lamina/frontend/odometry/scan_points.hpp>
+
+namespace lamina {
+
+/// Oriented points in square cells, for nearest-neighbour search. Immutable once built.
+class PointMap {
+ public:
+  /// `cell` is about the search radius used most (m).
+  explicit PointMap(std::vector<OrientedPoint> points, double cell = 0.3);
+  PointMap() = default;
+
+  const std::vector<OrientedPoint>& points() const { return points_; }
+  bool empty() const { return points_.empty(); }
+  /// Nearest point within `radius` whose normal agrees with `normal` (cosine at least 0.7; either
+  /// may be unknown when `normal` is zero). Null when there is none. Ties: the first.
+  const OrientedPoint* nearest(const Eigen::Vector2d& p, const Eigen::Vector2d& normal,
+                               double radius) const;
+
+ private:
+  std::vector<OrientedPoint> points_;  ///< sorted by cell
+  std::vector<int> first_;             ///< per cell, row-major; one more at the end
+  Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();
+  double cell_ = 0.3;
+  int width_ = 0, height_ = 0;
+};
+
+struct LineMatchOptions {
+  double start_radius = 0.8;  ///< m; correspondences at first: how wrong the start may be
+  double end_radius = 0.15;   ///< m; at the end: what is no match is a new or moved thing
+  int max_iterations = 25;
+  double inlier_sigmas = 3;      ///< a match this near (and nearer than 5 cm anyway) is an inlier
+  double samples_per_fact = 4;   ///< neighbouring returns share errors: this many count as one
+  double min_information = 400;  ///< 1/m^2; a direction known worse than 5 cm is called unknown
+};
+
+/// A weak belief about the answer, in its right tangent.
+struct PlanarPrior {
+  PlanarPose T_map_scan;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+};
+
+struct LineMatch {
+  PlanarPose T_map_scan;
+  /// Of the scan alone, in the right tangent (x, y, yaw), per sigma model and samples_per_fact;
+  /// directions below min_information are removed (zero).
+  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  int unknown_directions = 3;  ///< rank deficiency of `information`
+  double matched = 0;          ///< fraction of oriented scan points that are inliers
+  double rms = 0;              ///< m, of the inliers
+  int iterations = 0;
+  bool converged = false;
+};
+
+/// Minimises sum rho((n_i . (T p_i - q_i))^2 / sigma_i^2) + prior over T = T_map_scan, rho
+/// Cauchy's, correspondences anew in every iteration within a radius that shrinks from start to
+/// end. [Censi2008] (point-to-line metric), [Zhang2016] (directions without information keep the
+/// start).
+LineMatch match_lines(const PointMap& map, const std::vector<OrientedPoint>& scan,
+                      const PlanarPose& start, const PlanarPrior& prior = {},
+                      const LineMatchOptions& options = {});
+
+}  // namespace lamina

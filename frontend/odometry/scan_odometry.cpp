@@ -1,0 +1,151 @@
+// Scan to local map: predict, align, report, keep key scans.
+#include <lamina/frontend/odometry/scan_odometry.hpp>
+
+#include <Eigen/LU>
+#include <algorithm>
+
+namespace lamina {
+namespace {
+
+Eigen::Vector3d squares(double xy, double yaw) { return {xy * xy, xy * xy, yaw * yaw}; }
+
+}  // namespace
+
+ScanOdometry::ScanOdometry(const ScanOdometryOptions& options) : options_(options) {}
+
+ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<MotionGuess>& wheels) {
+  const Eigen::Vector3d z_body = scan.lidar.T_body_lidar.so3() * Eigen::Vector3d::UnitZ();
+  const bool level = std::abs(z_body.z()) >= std::cos(options_.max_tilt);
+  points_.clear();
+  if (level) points_ = thinned(oriented_points(scan, options_.points), options_.thin_cell);
+  ScanMotion motion;
+  if (key_scans_.empty()) {
+    if (!wheels) {
+      keep_key_scan({}, true);
+      return motion;
+    }
+  }
+  const Prediction prediction = predict(wheels);
+  const LineMatch match = align(prediction, motion);
+  fill(prediction, match, wheels, motion);
+  const bool lost = motion.status == ScanMotion::Status::kPredicted;
+  const PlanarPose step = planar_part(motion.T_prev_curr_body);
+  T_local_body_ = T_local_body_ * step;
+  velocity_ = step;
+  keep_key_scan(match, lost);
+  return motion;
+}
+
+ScanOdometry::Prediction ScanOdometry::predict(const std::optional<MotionGuess>& wheels) const {
+  if (wheels) {
+    // A standstill may come with a covariance of zero: nothing is that sure.
+    const Eigen::Matrix3d least =
+        squares(options_.sigma_translation, options_.sigma_rotation).asDiagonal();
+    return {planar_part(wheels->T_prev_curr_body), planar_block(wheels->covariance) + least};
+  }
+  return {velocity_, squares(options_.sigma_velocity, options_.sigma_turn).asDiagonal()};
+}
+
+LineMatch ScanOdometry::align(const Prediction& prediction, ScanMotion& motion) {
+  PlanarPrior prior;
+  prior.T_map_scan = T_local_body_ * prediction.T_prev_curr;
+  prior.information = prediction.covariance.inverse();
+  LineMatch match = match_lines(map_, points_, prior.T_map_scan, prior, options_.match);
+  if (match.matched < options_.doubt_matched) {
+    // Wheels slip and bump: ask the scan from where constant velocity leads, without them.
+    const LineMatch other =
+        match_lines(map_, points_, T_local_body_ * velocity_, {}, options_.match);
+    if (other.matched > match.matched + 0.05) match = other;
+  }
+  if (match.matched < options_.min_matched && !map_.empty() && points_.size() >= 10) {
+    motion.searched = true;
+    match = search(prediction, match);
+  }
+  return match;
+}
+
+LineMatch ScanOdometry::search(const Prediction& prediction, const LineMatch& best) {
+  if (!grid_) {
+    std::vector<Eigen::Vector2d> points;
+    for (const OrientedPoint& p : map_.points()) points.push_back(p.point);
+    grid_.emplace(points, options_.search_resolution, options_.search_resolution, 5);
+  }
+  SearchWindow window;
+  const Eigen::Matrix3d& C = prediction.covariance;
+  window.translation = std::clamp(3 * std::sqrt(std::max(C(0, 0), C(1, 1))),
+                                  options_.search_translation, 4 * options_.search_translation);
+  window.rotation =
+      std::clamp(3 * std::sqrt(C(2, 2)), options_.search_rotation, 3 * options_.search_rotation);
+  std::vector<Eigen::Vector2d> scan;
+  for (const OrientedPoint& p : thinned(points_, 2 * options_.search_resolution)) {
+    scan.push_back(p.point);
+  }
+  const PlanarPose start = T_local_body_ * prediction.T_prev_curr;
+  const auto found = search_correlative(*grid_, scan, start, window, 0.3);
+  if (!found) return best;
+  LineMatchOptions fine = options_.match;
+  fine.start_radius = std::min(fine.start_radius, 6 * options_.search_resolution);
+  const LineMatch match = match_lines(map_, points_, found->T_map_scan, {}, fine);
+  // Only a clearly better fit overrules the motion that was expected.
+  return match.matched > best.matched + 0.1 ? match : best;
+}
+
+void ScanOdometry::fill(const Prediction& prediction, const LineMatch& match,
+                        const std::optional<MotionGuess>& wheels, ScanMotion& motion) const {
+  const bool lost = match.matched < options_.lost_matched || match.unknown_directions == 3;
+  const PlanarPose step =
+      lost ? prediction.T_prev_curr : T_local_body_.inverse() * match.T_map_scan;
+  motion.T_prev_curr_body = lifted(step);
+  motion.matched = match.matched;
+  motion.iterations = match.iterations;
+  motion.unknown_directions = lost ? 3 : match.unknown_directions;
+  motion.status = lost                           ? ScanMotion::Status::kPredicted
+                  : match.unknown_directions > 0 ? ScanMotion::Status::kDegenerate
+                                                 : ScanMotion::Status::kTracked;
+  Eigen::Matrix3d planar = prediction.covariance;
+  if (!lost) {
+    const double moved = options_.sigma_motion * std::hypot(step.x, step.y);
+    const double turned = options_.sigma_motion * std::abs(step.yaw);
+    planar = (match.information + prediction.covariance.inverse()).inverse();
+    planar.diagonal() +=
+        squares(options_.sigma_translation + moved, options_.sigma_rotation + turned);
+  }
+  if (wheels) {
+    motion.covariance = wheels->covariance;
+  } else {
+    const double h = options_.sigma_height, l = options_.sigma_level;
+    motion.covariance.diagonal() << 0, 0, h * h, l * l, l * l, 0;
+  }
+  set_planar_block(0.5 * (planar + planar.transpose()), motion.covariance);
+}
+
+void ScanOdometry::keep_key_scan(const LineMatch& match, bool lost) {
+  if (points_.empty()) return;
+  if (lost) key_scans_.clear();
+  if (!key_scans_.empty()) {
+    const PlanarPose d = key_scans_.back().T_local_body.inverse() * T_local_body_;
+    const bool moved =
+        std::hypot(d.x, d.y) > options_.key_translation || std::abs(d.yaw) > options_.key_rotation;
+    const bool news = match.matched < options_.key_matched &&
+                      (std::hypot(d.x, d.y) > 0.05 || std::abs(d.yaw) > 0.05);
+    if (!moved && !news) return;
+  }
+  key_scans_.push_back({T_local_body_, transformed(points_, T_local_body_)});
+  const auto far = [&](const KeyScan& k) {
+    return (k.T_local_body.translation() - T_local_body_.translation()).norm() >
+           options_.map_radius;
+  };
+  while (static_cast<int>(key_scans_.size()) > options_.key_scans || far(key_scans_.front())) {
+    key_scans_.pop_front();
+  }
+  std::vector<OrientedPoint> all;
+  for (const KeyScan& k : key_scans_) {
+    for (const OrientedPoint& p : k.points) {
+      if (p.oriented()) all.push_back(p);
+    }
+  }
+  map_ = PointMap(std::move(all));
+  grid_.reset();
+}
+
+}  // namespace lamina

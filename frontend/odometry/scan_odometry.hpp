@@ -1,0 +1,97 @@
+// Motion of a robot on a floor from its 2D scans: scan to local map, helped by wheels if any.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include <lamina/frontend/odometry/likelihood_grid.hpp>
+#include <lamina/frontend/odometry/line_matcher.hpp>
+#include <lamina/frontend/odometry/scan_points.hpp>
+#include <lamina/sensors/laser_scan.hpp>
+
+namespace lamina {
+
+struct ScanOdometryOptions {
+  ScanPointOptions points;
+  LineMatchOptions match;
+  double key_translation = 0.3;     ///< m moved since the last key scan: a new one
+  double key_rotation = 0.25;       ///< rad turned, likewise
+  double key_matched = 0.7;         ///< or when less than this of the scan is in the local map
+  int key_scans = 24;               ///< in the local map: longer drifts less, shorter forgets bends
+  double map_radius = 25;           ///< m; key scans farther away leave the local map
+  double thin_cell = 0.02;          ///< m; scan points nearer together than this add nothing
+  double doubt_matched = 0.75;      ///< below: try constant velocity as the start, too
+  double min_matched = 0.55;        ///< below: search around before believing the match
+  double lost_matched = 0.3;        ///< below, after the search: lost, wheels alone count
+  double search_translation = 0.5;  ///< m, least window of that search
+  double search_rotation = 0.35;    ///< rad, likewise
+  double search_resolution = 0.05;  ///< m a cell
+  double max_tilt = 0.5;  ///< rad between scanner and body plane; beyond, scans say nothing
+  /// What a match is off at best, added to its covariance: m, rad, and per m or rad of motion.
+  double sigma_translation = 0.0005, sigma_rotation = 0.0002, sigma_motion = 0.01;
+  /// Constant velocity where there are no wheels: m and rad per step, 1-sigma.
+  double sigma_velocity = 0.2, sigma_turn = 0.3;
+  /// Height (m), roll and pitch (rad) that a step on a floor may change, 1-sigma, without wheels.
+  double sigma_height = 0.002, sigma_level = 0.001;
+};
+
+/// What the wheels say between two scans.
+struct MotionGuess {
+  SE3 T_prev_curr_body;
+  Matrix6d covariance = Matrix6d::Identity();  ///< right tangent (translation, rotation)
+};
+
+struct ScanMotion {
+  enum class Status {
+    kFirst,       ///< no motion yet: identity
+    kTracked,     ///< the scan held all three directions
+    kDegenerate,  ///< it did not (a corridor): those are from the wheels or constant velocity
+    kPredicted,   ///< the scan said nothing: wheels or constant velocity alone
+  };
+  SE3 T_prev_curr_body;
+  Matrix6d covariance = Matrix6d::Zero();  ///< right tangent (translation, rotation)
+  Status status = Status::kFirst;
+  int unknown_directions = 0;  ///< of x, y, yaw, that the scan left open
+  double matched = 0;          ///< fraction of scan points found in the local map
+  bool searched = false;       ///< a correlative search was needed
+  int iterations = 0;
+};
+
+/// Aligns each scan with a map of the last key scans by match_lines(); when too little of it fits,
+/// search_correlative() looks around first. Wheel odometry is the start and a prior by its own
+/// covariance, so that it decides only what the scan leaves open. Motion is planar in the body's
+/// x-y plane whatever the scanner's mounting up to max_tilt. Deterministic.
+class ScanOdometry {
+ public:
+  explicit ScanOdometry(const ScanOdometryOptions& options = {});
+  ScanMotion process(const LaserScan& scan, const std::optional<MotionGuess>& wheels = {});
+
+  /// Points of the last scan in the body's plane, as they were matched.
+  const std::vector<OrientedPoint>& last_points() const { return points_; }
+
+ private:
+  struct KeyScan {
+    PlanarPose T_local_body;
+    std::vector<OrientedPoint> points;  ///< in the local frame
+  };
+  struct Prediction {
+    PlanarPose T_prev_curr;
+    Eigen::Matrix3d covariance;
+  };
+  Prediction predict(const std::optional<MotionGuess>& wheels) const;
+  LineMatch align(const Prediction& prediction, ScanMotion& motion);
+  LineMatch search(const Prediction& prediction, const LineMatch& best);
+  void fill(const Prediction& prediction, const LineMatch& match,
+            const std::optional<MotionGuess>& wheels, ScanMotion& motion) const;
+  void keep_key_scan(const LineMatch& match, bool lost);
+
+  ScanOdometryOptions options_;
+  std::vector<OrientedPoint> points_;
+  PlanarPose T_local_body_, velocity_;
+  std::deque<KeyScan> key_scans_;
+  PointMap map_;
+  std::optional<LikelihoodGrid> grid_;  ///< of map_, made when first needed
+};
+
+}  // namespace lamina

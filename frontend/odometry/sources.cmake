@@ -1,0 +1,4 @@
+# Motion from scans and depth images, and places met again.
+list(APPEND LAMINA_FRONTEND_SOURCES
+  odometry/scan_points.cpp odometry/line_matcher.cpp odometry/likelihood_grid.cpp
+  odometry/scan_odometry.cpp)

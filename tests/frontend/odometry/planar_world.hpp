@@ -1,0 +1,67 @@
+// A small flat world of vertical walls, and a scanner in it, for tests of scan matching.
+#pragma once
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <lamina/models/lie/se3.hpp>
+#include <lamina/sensors/laser_scan.hpp>
+
+namespace lamina::testing {
+
+struct Wall {
+  Eigen::Vector2d a, b;
+};
+
+/// 8 x 6 m room with a pillar and a niche: nothing in it is symmetric.
+inline std::vector<Wall> room() {
+  return {{{-3, -2}, {5, -2}},      {{5, -2}, {5, 1}},        {{5, 1}, {4, 1}},
+          {{4, 1}, {4, 4}},         {{4, 4}, {-3, 4}},        {{-3, 4}, {-3, -2}},
+          {{1.0, 1.5}, {1.5, 1.5}}, {{1.5, 1.5}, {1.5, 2.2}}, {{1.5, 2.2}, {1.0, 2.2}},
+          {{1.0, 2.2}, {1.0, 1.5}}};
+}
+
+/// Two bare walls, 2.4 m apart, 400 m long.
+inline std::vector<Wall> corridor() {
+  return {{{-200, -1.2}, {200, -1.2}}, {{-200, 1.2}, {200, 1.2}}};
+}
+
+struct Scanner {
+  int beams = 361;
+  double fov = 1.5 * M_PI;
+  double range_max = 20;
+  double sigma = 0.01;
+  SE3 T_body_lidar;
+  std::mt19937 rng{7};
+
+  LaserScan scan(const std::vector<Wall>& walls, const SE3& T_world_body, double t) {
+    LaserScan s;
+    s.stamp = Timestamp::from_seconds(t);
+    s.angle_min = -fov / 2;
+    s.angle_increment = fov / (beams - 1);
+    s.range_max = range_max;
+    s.lidar.T_body_lidar = T_body_lidar;
+    s.lidar.noise.range_sigma = std::max(sigma, 0.001);
+    const SE3 T = T_world_body * T_body_lidar;
+    std::normal_distribution<double> noise(0, 1);
+    for (int i = 0; i < beams; ++i) {
+      const double angle = s.angle(static_cast<std::size_t>(i));
+      const Eigen::Vector3d d = T.so3() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);
+      double best = 0;
+      for (const Wall& w : walls) {
+        const Eigen::Vector2d e = w.b - w.a, o = w.a - T.translation().head<2>();
+        const double det = e.x() * d.y() - e.y() * d.x();
+        if (std::abs(det) < 1e-12) continue;
+        const double range = (e.x() * o.y() - e.y() * o.x()) / det;
+        const double along = (d.x() * o.y() - d.y() * o.x()) / det;
+        if (range > 0.02 && along >= 0 && along <= 1 && (best == 0 || range < best)) best = range;
+      }
+      const double r = best > 0 ? best + sigma * noise(rng) : 0;
+      s.ranges.push_back(static_cast<float>(r < range_max ? r : 0));
+    }
+    return s;
+  }
+};
+
+}  // namespace lamina::testing

@@ -1,0 +1,3 @@
+# Tests of motion from scans and depth images.
+list(APPEND LAMINA_FRONTEND_TESTS
+  odometry/line_matcher_test.cpp odometry/likelihood_grid_test.cpp odometry/scan_odometry_test.cpp)
