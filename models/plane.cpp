@@ -13,8 +13,10 @@ Plane::Plane(const Eigen::Vector3d& normal, double rho) {
   if (!std::isfinite(norm) || norm < 1e-12 || !std::isfinite(rho)) {
     throw Error("plane: found a zero or non-finite normal or distance, expected |normal| > 0");
   }
-  normal_ = normal / norm;
-  rho_ = rho / norm;
+  // Unit to rounding already: kept as it is, so that what was written reads back bit for bit.
+  const bool unit = std::abs(norm - 1.0) < 1e-15;
+  normal_ = unit ? normal : Eigen::Vector3d(normal / norm);
+  rho_ = unit ? rho : rho / norm;
 }
 
 std::optional<Plane> Plane::from_normal_rho(const Eigen::Vector3d& normal, double rho) {

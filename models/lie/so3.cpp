@@ -17,7 +17,8 @@ SO3::SO3(const Eigen::Quaterniond& q) {
   if (!std::isfinite(norm) || norm < 1e-12) {
     throw Error("rotation: found a zero or non-finite quaternion, expected x y z w of unit length");
   }
-  q_ = Eigen::Quaterniond(q.coeffs() / norm);
+  // Unit to rounding already: kept as it is, so that what was written reads back bit for bit.
+  q_ = std::abs(norm - 1.0) < 1e-15 ? q : Eigen::Quaterniond(q.coeffs() / norm);
 }
 
 SO3 SO3::from_matrix(const Eigen::Matrix3d& R) {

@@ -1,0 +1,23 @@
+// `lamina config`: every setting with its default.
+#include <CLI/CLI.hpp>
+#include <iostream>
+
+#include <lamina/apps/settings.hpp>
+#include <lamina/apps/verbs.hpp>
+
+namespace lamina::apps {
+
+Verb config_verb() {
+  return {"config", "prints every setting with its default and meaning",
+          "lamina config --defaults > settings.yaml", [](CLI::App& app) {
+            auto markdown = std::make_shared<bool>(false);
+            app.add_flag("--defaults", "commented YAML of all defaults (what is printed anyway)");
+            app.add_flag("--markdown", *markdown, "the same as a table: docs/parameters.md");
+            return [markdown]() {
+              std::cout << (*markdown ? to_markdown(Settings{}) : to_yaml(Settings{}, true));
+              return kDone;
+            };
+          }};
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,48 @@
+// Planes of a map against true planes: matched, missed, split, merged, spurious.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <lamina/models/planar_map.hpp>
+
+namespace lamina::apps {
+
+/// A plane as it truly is, in the reference frame.
+struct ReferencePlane {
+  std::int64_t id = 0;
+  Plane plane;
+  std::vector<Eigen::Vector3d> outline;  ///< closed
+  std::int64_t hits = 0;                 ///< measurements that fell on it
+};
+
+struct PlaneMatch {
+  std::int64_t reference_id = 0, map_id = 0;
+  double rho_error_m = 0;  ///< at the map plane's centroid
+  double angle_error_deg = 0;
+  double normalized_squared = 0;  ///< of (tilt, tilt, rho) under the map's own sigmas, 3 dof
+};
+
+struct PlaneErrors {
+  std::vector<PlaneMatch> matches;     ///< the best map plane of each reference plane found
+  std::vector<std::int64_t> missed;    ///< reference ids no map plane lies on
+  std::vector<std::int64_t> split;     ///< reference ids with more than one map plane
+  std::vector<std::int64_t> merged;    ///< map ids that lie on more than one reference plane
+  std::vector<std::int64_t> spurious;  ///< map ids that lie on none
+  double rho_mean_m = 0, rho_max_m = 0, angle_mean_deg = 0, angle_max_deg = 0;
+};
+
+struct PlaneMatchOptions {
+  std::int64_t min_hits = 50;  ///< reference planes seen less are not asked for
+  double max_angle = 0.6;      ///< rad, between normals of a match
+  double max_distance = 1.0;   ///< m, of the map plane's centroid from the reference plane
+  double min_overlap = 0.3;    ///< share of the map plane's outline that lies on the reference
+  double border = 0.25;        ///< m, by which reference outlines are grown in that test
+};
+
+/// `planes` are moved by T_reference_map first.
+PlaneErrors plane_errors(const std::vector<MapPlane>& planes,
+                         const std::vector<ReferencePlane>& reference, const SE3& T_reference_map,
+                         const PlaneMatchOptions& options = {});
+
+}  // namespace lamina::apps

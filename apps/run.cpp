@@ -1,0 +1,85 @@
+// Parses the command line, runs one verb, turns errors into exit codes.
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <iostream>
+
+#include <lamina/apps/nearest.hpp>
+#include <lamina/apps/verbs.hpp>
+#include <lamina/models/error.hpp>
+
+namespace lamina::apps {
+namespace {
+
+std::vector<Verb> all_verbs() {
+  return {map_verb(),      refine_verb(), scan_verb(), plan_verb(),  simulate_verb(),
+          evaluate_verb(), info_verb(),   view_verb(), config_verb()};
+}
+
+// One line for what the user typed wrong: the verb or option that was meant, where one is near.
+std::string usage_line(const CLI::ParseError& error, const CLI::App& app, int argc,
+                       const char* const* argv) {
+  std::vector<std::string> verbs, options;
+  for (const auto* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
+    verbs.push_back(sub->get_name());
+    if (argc > 1 && sub->get_name() == argv[1]) {
+      for (const auto* option : sub->get_options()) {
+        for (const auto& name : option->get_lnames()) options.push_back("--" + name);
+      }
+    }
+  }
+  std::string line = error.what();
+  if (argc > 1 && std::find(verbs.begin(), verbs.end(), argv[1]) == verbs.end()) {
+    const std::string near = nearest(argv[1], verbs);
+    line = "found the unknown verb '" + std::string(argv[1]) + "', expected " +
+           (near.empty() ? "one of those `lamina --help` lists" : "'" + near + "'?");
+    return line;
+  }
+  for (int i = 2; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word.rfind("--", 0) != 0) continue;
+    const std::string name = word.substr(0, word.find('='));
+    if (std::find(options.begin(), options.end(), name) != options.end()) continue;
+    const std::string near = nearest(name, options);
+    if (!near.empty()) return "found the unknown option '" + name + "', expected '" + near + "'?";
+  }
+  const auto end = line.find('\n');
+  return line.substr(0, end);
+}
+
+}  // namespace
+
+int run(int argc, const char* const* argv) {
+  CLI::App app{"lamina: planes, floors and trajectories from depth cameras, stereo and 2D lidars"};
+  app.require_subcommand(1);
+  app.failure_message([](const CLI::App*, const CLI::Error&) { return std::string(); });
+  std::vector<std::pair<CLI::App*, std::function<int()>>> actions;
+  for (const Verb& verb : all_verbs()) {
+    CLI::App* sub = app.add_subcommand(verb.name, verb.summary);
+    sub->footer("Example:\n  " + verb.example);
+    actions.emplace_back(sub, verb.add(*sub));
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::CallForAllHelp& help) {
+    return app.exit(help);
+  } catch (const CLI::ParseError& error) {
+    std::cerr << "lamina: " << usage_line(error, app, argc, argv) << '\n';
+    return kUsage;
+  }
+  try {
+    for (const auto& [sub, action] : actions) {
+      if (sub->parsed()) return action();
+    }
+    return kUsage;
+  } catch (const Error& error) {
+    std::cerr << "lamina: " << error.what() << '\n';
+    return kUsage;
+  } catch (const std::exception& error) {
+    std::cerr << "lamina: failed: " << error.what() << '\n';
+    return kFailed;
+  }
+}
+
+}  // namespace lamina::apps

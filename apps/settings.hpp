@@ -1,0 +1,49 @@
+// Every setting of the program, one table for loading, saving, help and documentation.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <lamina/apps/setting.hpp>
+#include <lamina/backend/mapper.hpp>
+#include <lamina/frontend/segments/segment_frontend.hpp>
+
+namespace lamina::apps {
+
+struct RobotOptions {
+  double height = 0.75;          ///< m, what must fit under overhangs: the document's robot
+  double radius = 0.25;          ///< m, of the circle that holds the robot's outline
+  double max_step = 0.02;        ///< m, T: the largest step between cells a wheel climbs
+  double max_slope = 0.1745329;  ///< rad, 10 degrees: wheelchair ramps end near 5
+};
+
+struct Settings {
+  int seed = 1;
+  int threads = 1;
+  double checkpoint_interval = 30;  ///< s
+  RobotOptions robot;
+  SegmentFrontendOptions segments;
+  MapperOptions mapper;
+};
+
+/// The table, in the order of the documentation.
+const std::vector<Setting>& setting_table();
+
+/// Sets one key from text. Throws lamina::Error naming `origin` ("--set", "config.yaml:3"), the key
+/// (with the nearest known one when it is unknown), what was found and what was expected.
+void set(Settings& settings, const std::string& key, const std::string& value,
+         const std::string& origin);
+/// "key=value".
+void set_assignment(Settings& settings, const std::string& assignment);
+/// Reads a YAML file of nested or dotted keys over the settings.
+void load(Settings& settings, const std::filesystem::path& file);
+/// All settings as nested YAML with comments; load() gives the same settings back.
+std::string to_yaml(const Settings& settings, bool comments);
+/// docs/parameters.md.
+std::string to_markdown(const Settings& defaults);
+/// All that is wrong with the values together; empty when nothing is.
+std::vector<std::string> problems(const Settings& settings);
+
+}  // namespace lamina::apps

@@ -1,0 +1,121 @@
+// ATE and RPE.
+#include <lamina/apps/trajectory_error.hpp>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+namespace lamina::apps {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+
+ErrorStatistics statistics(std::vector<double> errors) {
+  ErrorStatistics s;
+  s.count = static_cast<int>(errors.size());
+  if (errors.empty()) return s;
+  double sum = 0, squares = 0;
+  for (const double e : errors) {
+    sum += e;
+    squares += e * e;
+    s.max = std::max(s.max, e);
+  }
+  s.mean = sum / s.count;
+  s.rmse = std::sqrt(squares / s.count);
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  s.median = *middle;
+  return s;
+}
+
+struct Pair {
+  Timestamp stamp;
+  SE3 estimate, reference;
+};
+
+std::vector<Pair> matched_poses(const Trajectory& estimate, const Trajectory& reference,
+                                double max_gap) {
+  std::vector<Pair> pairs;
+  for (const auto& [stamp, pose] : estimate) {
+    if (const auto truth = reference.at(stamp, max_gap)) pairs.push_back({stamp, pose, *truth});
+  }
+  return pairs;
+}
+
+ErrorStatistics distances(const std::vector<Pair>& pairs, const SE3& T_reference_estimate) {
+  std::vector<double> errors;
+  for (const Pair& p : pairs) {
+    errors.push_back(
+        (T_reference_estimate * p.estimate.translation() - p.reference.translation()).norm());
+  }
+  return statistics(std::move(errors));
+}
+
+void relative_errors(const std::vector<Pair>& pairs, TrajectoryError& result) {
+  std::vector<double> metres, degrees;
+  std::size_t j = 0;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    while (j < pairs.size() && pairs[j].stamp - pairs[i].stamp < result.rpe_interval_s) ++j;
+    if (j == pairs.size()) break;
+    const SE3 moved_estimate = pairs[i].estimate.inverse() * pairs[j].estimate;
+    const SE3 moved_reference = pairs[i].reference.inverse() * pairs[j].reference;
+    const SE3 error = moved_reference.inverse() * moved_estimate;
+    metres.push_back(error.translation().norm());
+    degrees.push_back(error.so3().log().norm() / kDegree);
+  }
+  result.rpe_m = statistics(std::move(metres));
+  result.rpe_deg = statistics(std::move(degrees));
+}
+
+}  // namespace
+
+SE3 align(const std::vector<Eigen::Vector3d>& points_a,
+          const std::vector<Eigen::Vector3d>& points_b) {
+  Eigen::Vector3d mean_a = Eigen::Vector3d::Zero(), mean_b = Eigen::Vector3d::Zero();
+  const auto n = static_cast<double>(points_a.size());
+  for (std::size_t i = 0; i < points_a.size(); ++i) {
+    mean_a += points_a[i] / n;
+    mean_b += points_b[i] / n;
+  }
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  for (std::size_t i = 0; i < points_a.size(); ++i) {
+    H += (points_a[i] - mean_a) * (points_b[i] - mean_b).transpose();
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(H, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs(1, 1, 1);
+  if ((svd.matrixU() * svd.matrixV().transpose()).determinant() < 0) signs.z() = -1;
+  const Eigen::Matrix3d R = svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+  const SO3 so3{Eigen::Quaterniond(R)};
+  return SE3(so3, mean_a - so3 * mean_b);
+}
+
+std::optional<TrajectoryError> trajectory_error(const Trajectory& estimate,
+                                                const Trajectory& reference, double max_gap) {
+  const std::vector<Pair> pairs = matched_poses(estimate, reference, max_gap);
+  if (pairs.size() < 2) return std::nullopt;
+  TrajectoryError result;
+  result.matched = static_cast<int>(pairs.size());
+  result.estimated = static_cast<int>(estimate.size());
+  std::vector<Eigen::Vector3d> points_reference, points_estimate;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    points_reference.push_back(pairs[i].reference.translation());
+    points_estimate.push_back(pairs[i].estimate.translation());
+    if (i > 0) result.length_m += (points_reference[i] - points_reference[i - 1]).norm();
+  }
+  result.T_reference_estimate = align(points_reference, points_estimate);
+  result.ate_m = distances(pairs, result.T_reference_estimate);
+  result.ate_first_m = distances(pairs, pairs.front().reference * pairs.front().estimate.inverse());
+  result.ate_unaligned_m = distances(pairs, SE3());
+  std::vector<double> angles;
+  for (const Pair& p : pairs) {
+    const SE3 aligned = result.T_reference_estimate * p.estimate;
+    result.times.push_back(p.stamp.seconds());
+    result.errors_m.push_back((aligned.translation() - p.reference.translation()).norm());
+    angles.push_back((p.reference.so3().inverse() * aligned.so3()).log().norm() / kDegree);
+  }
+  result.ate_deg = statistics(std::move(angles));
+  relative_errors(pairs, result);
+  return result;
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,59 @@
+// Write aside, flush, rename.
+#include <lamina/io/atomic_file.hpp>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <string>
+
+#include <lamina/models/error.hpp>
+
+namespace lamina::io {
+namespace {
+
+void flush_to_disk(const std::filesystem::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+}  // namespace
+
+void write_atomically(const std::filesystem::path& file,
+                      const std::function<void(std::ostream&)>& write) {
+  std::filesystem::path aside = file;
+  aside.replace_filename("." + file.filename().string() + ".part");
+  {
+    std::ofstream out(aside, std::ios::binary | std::ios::trunc);
+    if (!out) throw Error(file.string() + ": cannot be written, expected a writable folder");
+    write(out);
+    out.flush();
+    if (!out) {
+      std::error_code ignored;
+      std::filesystem::remove(aside, ignored);
+      throw Error(file.string() + ": writing failed, is the disk full?");
+    }
+  }
+  flush_to_disk(aside);
+  std::error_code error;
+  std::filesystem::rename(aside, file, error);
+  if (error) throw Error(file.string() + ": cannot be replaced (" + error.message() + ")");
+}
+
+void write_atomically(const std::filesystem::path& file, std::string_view content) {
+  write_atomically(file, [content](std::ostream& out) {
+    out.write(content.data(), static_cast<std::streamsize>(content.size()));
+  });
+}
+
+void make_output_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error || !std::filesystem::is_directory(folder)) {
+    throw Error(folder.string() + ": cannot be made, expected a folder to write to");
+  }
+}
+
+}  // namespace lamina::io

@@ -1,0 +1,131 @@
+// The text files of a map.
+#include <lamina/io/map_files.hpp>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include <lamina/io/atomic_file.hpp>
+#include <lamina/models/error.hpp>
+
+namespace lamina::io {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Json to_json(const std::vector<Eigen::Vector3d>& points) {
+  Json array = Json::array();
+  for (const auto& point : points) array.push_back(to_json(point));
+  return array;
+}
+
+Eigen::Vector3d vector_of(const Json& json) {
+  return {json.at(0).get<double>(), json.at(1).get<double>(), json.at(2).get<double>()};
+}
+
+std::vector<Eigen::Vector3d> points_of(const Json& json) {
+  std::vector<Eigen::Vector3d> points;
+  for (const auto& point : json) points.push_back(vector_of(point));
+  return points;
+}
+
+Json to_json(const MapPlane& plane) {
+  // The larger of the two tilt sigmas: what a reader may rely on whatever the direction.
+  const Eigen::Matrix2d tilt = plane.covariance.topLeftCorner<2, 2>();
+  const double mean = 0.5 * tilt.trace();
+  const double spread = std::sqrt(std::max(0.0, mean * mean - tilt.determinant()));
+  Json json;
+  json["id"] = plane.id;
+  json["label"] = to_string(plane.label);
+  json["normal"] = to_json(plane.plane_map.normal());
+  json["rho"] = plane.plane_map.rho();
+  json["theta"] = plane.plane_map.theta();
+  json["phi"] = plane.plane_map.phi();
+  json["sigma_rho"] = std::sqrt(std::max(0.0, plane.covariance(2, 2)));
+  json["sigma_angle"] = std::sqrt(std::max(0.0, mean + spread));
+  json["boundary"] =
+      plane.outlines_map.empty() ? Json::array() : to_json(plane.outlines_map.front());
+  json["area"] = plane.area;
+  json["observations"] = plane.observations;
+  json["first_seen"] = plane.first_seen.seconds();
+  json["last_seen"] = plane.last_seen.seconds();
+  json["centroid"] = to_json(plane.centroid_map);
+  json["unobserved_directions"] = plane.unobserved_directions;
+  if (plane.outlines_map.size() > 1) {
+    Json more = Json::array();
+    for (std::size_t i = 1; i < plane.outlines_map.size(); ++i) {
+      more.push_back(to_json(plane.outlines_map[i]));
+    }
+    json["more_boundaries"] = more;
+  }
+  return json;
+}
+
+PlaneLabel label_of(const std::string& name) {
+  for (const PlaneLabel label : {PlaneLabel::kFloor, PlaneLabel::kRamp, PlaneLabel::kStep,
+                                 PlaneLabel::kWall, PlaneLabel::kCeiling}) {
+    if (name == to_string(label)) return label;
+  }
+  return PlaneLabel::kOther;
+}
+
+MapPlane plane_of(const Json& json) {
+  MapPlane plane;
+  plane.id = json.at("id").get<std::int64_t>();
+  plane.label = label_of(json.at("label").get<std::string>());
+  plane.plane_map = Plane(vector_of(json.at("normal")), json.at("rho").get<double>());
+  const double sigma_rho = json.at("sigma_rho").get<double>();
+  const double sigma_angle = json.at("sigma_angle").get<double>();
+  plane.covariance =
+      Eigen::Vector3d(sigma_angle * sigma_angle, sigma_angle * sigma_angle, sigma_rho * sigma_rho)
+          .asDiagonal();
+  if (const auto boundary = points_of(json.at("boundary")); !boundary.empty()) {
+    plane.outlines_map.push_back(boundary);
+  }
+  if (json.contains("more_boundaries")) {
+    for (const auto& outline : json.at("more_boundaries")) {
+      plane.outlines_map.push_back(points_of(outline));
+    }
+  }
+  plane.area = json.at("area").get<double>();
+  plane.observations = json.at("observations").get<std::int64_t>();
+  plane.first_seen = Timestamp::from_seconds(json.at("first_seen").get<double>());
+  plane.last_seen = Timestamp::from_seconds(json.at("last_seen").get<double>());
+  if (json.contains("centroid")) plane.centroid_map = vector_of(json.at("centroid"));
+  if (json.contains("unobserved_directions")) {
+    plane.unobserved_directions = json.at("unobserved_directions").get<int>();
+  }
+  return plane;
+}
+
+}  // namespace
+
+void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory) {
+  write_atomically(file, [&](std::ostream& out) { trajectory.write_tum(out); });
+}
+
+void write_planes_json(const std::filesystem::path& file, const std::vector<MapPlane>& planes) {
+  Json list = Json::array();
+  for (const auto& plane : planes) list.push_back(to_json(plane));
+  Json json;
+  json["planes"] = std::move(list);
+  write_atomically(file, json.dump(1) + "\n");
+}
+
+std::vector<MapPlane> read_planes_json(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  if (!in) throw Error(file.string() + ": cannot be opened, expected planes.json of a map");
+  std::vector<MapPlane> planes;
+  try {
+    const Json root = Json::parse(in);
+    for (const auto& json : root.at("planes")) planes.push_back(plane_of(json));
+  } catch (const Json::exception& error) {
+    throw Error(file.string() + ": " + error.what() + ", expected planes.json of a map");
+  }
+  return planes;
+}
+
+}  // namespace lamina::io

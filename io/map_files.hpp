@@ -1,0 +1,22 @@
+// trajectory.txt and planes.json: the map as other tools read it.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <lamina/models/planar_map.hpp>
+
+namespace lamina::io {
+
+/// TUM lines, T_map_body at every processed depth frame and scan.
+void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory);
+
+/// docs/formats.md: id, label, normal, rho, theta, phi, sigmas at the centroid, boundary (the
+/// largest outline), area, observations, first and last time seen; and, as additions, the centroid,
+/// all outlines where there are several, and the number of directions nothing has measured.
+void write_planes_json(const std::filesystem::path& file, const std::vector<MapPlane>& planes);
+/// Reads it back; throws lamina::Error naming the file and what is wrong.
+std::vector<MapPlane> read_planes_json(const std::filesystem::path& file);
+
+}  // namespace lamina::io

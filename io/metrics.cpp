@@ -1,0 +1,60 @@
+// Percentiles and the JSON of them.
+#include <lamina/io/metrics.hpp>
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include <lamina/io/atomic_file.hpp>
+
+namespace lamina::io {
+
+void StageTimes::add(double ms) {
+  max_ = std::max(max_, ms);
+  if (calls_++ % stride_ != 0) return;
+  kept_.push_back(ms);
+  if (kept_.size() < kKept) return;
+  for (std::size_t i = 0; 2 * i < kept_.size(); ++i) kept_[i] = kept_[2 * i];
+  kept_.resize(kept_.size() / 2);
+  stride_ *= 2;
+}
+
+double StageTimes::percentile_ms(double percent) const {
+  if (kept_.empty()) return 0;
+  std::vector<double> sorted = kept_;
+  const double rank = std::ceil(percent / 100.0 * static_cast<double>(sorted.size()));
+  const auto index = static_cast<std::ptrdiff_t>(std::max(1.0, rank)) - 1;
+  std::nth_element(sorted.begin(), sorted.begin() + index, sorted.end());
+  return sorted[static_cast<std::size_t>(index)];
+}
+
+void write_metrics(const std::filesystem::path& file, const Metrics& metrics) {
+  using Json = nlohmann::ordered_json;
+  Json json;
+  json["stages"] = Json::object();
+  for (const auto& [name, stage] : metrics.stages) {
+    json["stages"][name] = {{"calls", stage.calls()},
+                            {"median_ms", stage.percentile_ms(50)},
+                            {"p95_ms", stage.percentile_ms(95)},
+                            {"p99_ms", stage.percentile_ms(99)},
+                            {"max_ms", stage.max_ms()}};
+  }
+  if (metrics.refine) {
+    const RefineMetrics& r = *metrics.refine;
+    json["refine"] = {{"solve_s", r.solve_s},       {"iterations", r.iterations},
+                      {"status", r.status},         {"cost_before", r.cost_before},
+                      {"cost_after", r.cost_after}, {"moved_rms_m", r.moved_rms_m}};
+  }
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  json["peak_rss_mb"] = static_cast<double>(usage.ru_maxrss) / 1024.0;
+  json["skipped"] = Json::object();
+  for (const auto& [why, count] : metrics.skipped) json["skipped"][why] = count;
+  json["counts"] = Json::object();
+  for (const auto& [what, count] : metrics.counts) json["counts"][what] = count;
+  write_atomically(file, json.dump(1) + "\n");
+}
+
+}  // namespace lamina::io

@@ -1,0 +1,66 @@
+// metrics.json: how long each stage took, and what was skipped.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace lamina::io {
+
+/// Times of one stage. Up to kKept times are kept exactly; beyond that every second is dropped and
+/// the stride doubles, so that memory stays flat over any run while percentiles stay good.
+class StageTimes {
+ public:
+  void add(double ms);
+  std::int64_t calls() const { return calls_; }
+  double max_ms() const { return max_; }
+  /// Nearest-rank percentile in [0, 100]; 0 when nothing was added.
+  double percentile_ms(double percent) const;
+
+ private:
+  static constexpr std::size_t kKept = 65536;
+  std::vector<double> kept_;
+  std::int64_t calls_ = 0, stride_ = 1;
+  double max_ = 0;
+};
+
+struct RefineMetrics {
+  double solve_s = 0;
+  int iterations = 0;
+  std::string status;
+  std::map<std::string, double> cost_before, cost_after;  ///< chi-squared by factor type
+  double moved_rms_m = 0;                                 ///< how far poses moved, rms
+};
+
+struct Metrics {
+  std::map<std::string, StageTimes> stages;
+  std::optional<RefineMetrics> refine;
+  std::map<std::string, std::int64_t> skipped;
+  std::map<std::string, double> counts;  ///< frames, keyframes, planes, loops, ...
+
+  /// Times a scope: { const auto timer = metrics.time("floor"); ... }.
+  class Timer {
+   public:
+    Timer(StageTimes& stage) : stage_(stage) {}
+    Timer(const Timer&) = delete;
+    Timer& operator=(const Timer&) = delete;
+    ~Timer() {
+      stage_.add(std::chrono::duration<double, std::milli>(Clock::now() - start_).count());
+    }
+
+   private:
+    using Clock = std::chrono::steady_clock;
+    StageTimes& stage_;
+    Clock::time_point start_ = Clock::now();
+  };
+  Timer time(const std::string& stage) { return Timer(stages[stage]); }
+};
+
+/// docs/formats.md; peak memory is read from the running process.
+void write_metrics(const std::filesystem::path& file, const Metrics& metrics);
+
+}  // namespace lamina::io

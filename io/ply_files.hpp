@@ -1,0 +1,16 @@
+// planes.ply and surfels.ply: for mesh and cloud viewers.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include <lamina/models/planar_map.hpp>
+
+namespace lamina::io {
+
+/// Outlines as polygons (one face each), coloured by label; binary little-endian PLY.
+void write_planes_ply(const std::filesystem::path& file, const std::vector<MapPlane>& planes);
+/// Discs as x y z nx ny nz radius sigma_height (float); binary little-endian PLY.
+void write_surfels_ply(const std::filesystem::path& file, const std::vector<Surfel>& surfels);
+
+}  // namespace lamina::io

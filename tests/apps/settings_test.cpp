@@ -1,0 +1,84 @@
+// The option table: reading, writing, and what it says of mistakes.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include <lamina/apps/settings.hpp>
+#include <lamina/models/error.hpp>
+
+namespace lamina::apps {
+namespace {
+
+std::string message_of(const std::string& assignment) {
+  Settings settings;
+  try {
+    set_assignment(settings, assignment);
+  } catch (const Error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::filesystem::path temporary(const std::string& content) {
+  const auto file = std::filesystem::temp_directory_path() /
+                    (std::string("lamina_settings_") +
+                     testing::UnitTest::GetInstance()->current_test_info()->name() + ".yaml");
+  std::ofstream(file) << content;
+  return file;
+}
+
+TEST(Settings, KeysThatTheContractFixesExist) {
+  for (const char* key : {"grid.resolution_m", "robot.height_m", "robot.radius_m",
+                          "robot.max_step_m", "robot.max_slope_deg", "floor.sections",
+                          "floor.roi_m", "window.keyframes", "checkpoint.interval_s"}) {
+    bool found = false;
+    for (const Setting& setting : setting_table()) found = found || setting.key == key;
+    EXPECT_TRUE(found) << key;
+  }
+}
+
+TEST(Settings, DefaultsHaveNoProblems) { EXPECT_THAT(problems(Settings{}), testing::IsEmpty()); }
+
+TEST(Settings, YamlGoesRoundForEveryKey) {
+  Settings settings;
+  set_assignment(settings, "robot.height_m=1.25");
+  set_assignment(settings, "robot.max_slope_deg=7");
+  const std::string yaml = to_yaml(settings, true);
+  Settings back;
+  load(back, temporary(yaml));
+  EXPECT_EQ(to_yaml(back, true), yaml);
+  EXPECT_DOUBLE_EQ(back.robot.height, 1.25);
+  EXPECT_NEAR(back.robot.max_slope, 7 * M_PI / 180, 1e-15);
+}
+
+TEST(Settings, UnknownKeysSuggestTheNearest) {
+  EXPECT_EQ(message_of("robot.hight_m=1"),
+            "--set: found the unknown key 'robot.hight_m', expected 'robot.height_m'?");
+  EXPECT_THAT(message_of("nonsense=1"), testing::HasSubstr("lamina config --defaults"));
+}
+
+TEST(Settings, WrongValuesSayWhatWasExpected) {
+  EXPECT_EQ(message_of("robot.height_m=tall"),
+            "--set: robot.height_m: found 'tall', expected a number");
+  EXPECT_EQ(message_of("robot.height_m=nan"),
+            "--set: robot.height_m: found 'nan', expected a finite number");
+  EXPECT_EQ(message_of("robot.height_m"), "--set: found 'robot.height_m', expected key=value");
+}
+
+TEST(Settings, FilesAreNamedWithTheLine) {
+  Settings settings;
+  const auto file = temporary("robot:\n  height_m: 1\n  radios_m: 2\n");
+  try {
+    load(settings, file);
+    FAIL() << "expected an error";
+  } catch (const Error& error) {
+    EXPECT_EQ(std::string(error.what()), file.string() +
+                                             ":3: found the unknown key 'robot.radios_m', expected "
+                                             "'robot.radius_m'?");
+  }
+}
+
+}  // namespace
+}  // namespace lamina::apps

@@ -1,0 +1,56 @@
+// Percentiles of stage times, and the JSON of them.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include <lamina/io/metrics.hpp>
+
+namespace lamina::io {
+namespace {
+
+TEST(StageTimes, PercentilesAreNearestRank) {
+  StageTimes times;
+  for (int i = 1; i <= 100; ++i) times.add(i);
+  EXPECT_EQ(times.percentile_ms(50), 50);
+  EXPECT_EQ(times.percentile_ms(99), 99);
+  EXPECT_EQ(times.percentile_ms(100), 100);
+  EXPECT_EQ(times.max_ms(), 100);
+  EXPECT_EQ(times.calls(), 100);
+}
+
+TEST(StageTimes, EmptyIsZero) {
+  const StageTimes times;
+  EXPECT_EQ(times.percentile_ms(50), 0);
+  EXPECT_EQ(times.calls(), 0);
+}
+
+TEST(StageTimes, StaysGoodOverAMillionCalls) {
+  StageTimes times;
+  for (int i = 0; i < 1'000'000; ++i) times.add(i % 1000);
+  EXPECT_EQ(times.calls(), 1'000'000);
+  EXPECT_NEAR(times.percentile_ms(50), 500, 20);
+  EXPECT_NEAR(times.percentile_ms(99), 990, 20);
+}
+
+TEST(Metrics, WritesTheKeysOfTheContract) {
+  Metrics metrics;
+  metrics.stages["segments"].add(0.5);
+  metrics.refine = RefineMetrics{0.25, 7, "converged", {}, {}, 0.1};
+  metrics.skipped["missing file"] = 3;
+  const auto file = std::filesystem::temp_directory_path() / "lamina_metrics_test.json";
+  write_metrics(file, metrics);
+  std::ifstream in(file);
+  const auto json = nlohmann::json::parse(in);
+  EXPECT_EQ(json["stages"]["segments"]["calls"], 1);
+  EXPECT_EQ(json["stages"]["segments"]["p99_ms"], 0.5);
+  EXPECT_EQ(json["refine"]["iterations"], 7);
+  EXPECT_EQ(json["refine"]["status"], "converged");
+  EXPECT_GT(json["peak_rss_mb"].get<double>(), 1);
+  EXPECT_EQ(json["skipped"]["missing file"], 3);
+  std::filesystem::remove(file);
+}
+
+}  // namespace
+}  // namespace lamina::io
