@@ -1,0 +1,152 @@
+// Returns of a scan: breaks between surfaces, roughness, prefix sums.
+#include <lamina/frontend/segments/scan_points.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lamina {
+namespace {
+// Half width in beams of the slope that tells a beam's incidence from its neighbours.
+constexpr int kSlopeHalfWidth = 4;
+// tan(85 deg): more oblique beams are treated alike.
+constexpr double kMaxSlope = 11.4;
+// Median of |t| for a unit normal t.
+constexpr double kNormalMedian = 0.6745;
+// Roughness this little above the declared noise is the scatter of the estimate itself.
+constexpr double kRoughnessDeadZone = 1.25;
+}  // namespace
+
+void InverseRangeSums::add(double w, double c, double s, double q) {
+  cc += w * c * c;
+  cs += w * c * s;
+  ss += w * s * s;
+  qc += w * q * c;
+  qs += w * q * s;
+  qq += w * q * q;
+  ++count;
+}
+
+InverseRangeSums InverseRangeSums::operator-(const InverseRangeSums& o) const {
+  return {cc - o.cc, cs - o.cs, ss - o.ss, qc - o.qc, qs - o.qs, qq - o.qq, count - o.count};
+}
+
+InverseRangeSums InverseRangeSums::operator+(const InverseRangeSums& o) const {
+  return {cc + o.cc, cs + o.cs, ss + o.ss, qc + o.qc, qs + o.qs, qq + o.qq, count + o.count};
+}
+
+double InverseRangeSums::cost() const {
+  if (count <= 2) return 0;
+  const double det = cc * ss - cs * cs;
+  if (!(det > 1e-12 * cc * cc + 1e-12 * ss * ss)) return std::max(0.0, qq);
+  return std::max(0.0, qq - (qc * qc * ss - 2 * qc * qs * cs + qs * qs * cc) / det);
+}
+
+bool InverseRangeSums::solve(double& A, double& B) const {
+  const double det = cc * ss - cs * cs;
+  if (count < 2 || !(det > 1e-12 * cc * cc + 1e-12 * ss * ss)) return false;
+  A = (qc * ss - qs * cs) / det;
+  B = (qs * cc - qc * cs) / det;
+  return std::isfinite(A) && std::isfinite(B) && A * A + B * B > 0;
+}
+
+void ScanPoints::update_table(const LaserScan& scan) {
+  if (table_c_.size() == scan.size() && table_min_ == scan.angle_min &&
+      table_increment_ == scan.angle_increment) {
+    return;
+  }
+  table_min_ = scan.angle_min;
+  table_increment_ = scan.angle_increment;
+  table_c_.resize(scan.size());
+  table_s_.resize(scan.size());
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    table_c_[i] = std::cos(scan.angle(i));
+    table_s_[i] = std::sin(scan.angle(i));
+  }
+}
+
+int ScanPoints::load(const LaserScan& scan, const SegmentOptions& options) {
+  update_table(scan);
+  r_.clear();
+  c_.clear();
+  s_.clear();
+  beam_.clear();
+  beams_ = static_cast<int>(scan.size());
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    if (!scan.valid(i)) continue;
+    r_.push_back(static_cast<double>(scan.ranges[i]));
+    c_.push_back(table_c_[i]);
+    s_.push_back(table_s_[i]);
+    beam_.push_back(static_cast<int>(i));
+  }
+  const double increment = std::abs(scan.angle_increment);
+  full_circle_ = beams_ > 8 && increment * (beams_ + 1.5) > 2 * M_PI;
+  sigma_r_ = std::max(options.min_sigma, scan.lidar.noise.range_sigma);
+  sigma_a_ = std::max(0.0, scan.lidar.noise.angle_sigma);
+  noise_scale_ = 1;
+  find_breaks(increment, options);
+  estimate_noise(increment, options);
+  accumulate(increment);
+  return beams_ - size();
+}
+
+// Adaptive break point [Borges2004]: on a surface whose chord makes at least gap_angle with the
+// beam, the next return is at most r sin(d) / sin(gap_angle - d) away.
+void ScanPoints::find_breaks(double increment, const SegmentOptions& options) {
+  break_.assign(r_.size(), 0);
+  for (int i = 1; i < size(); ++i) {
+    const double d = increment * (beam(i) - beam(i - 1));
+    const double near = std::min(r(i), r(i - 1));
+    const double allowed_angle = std::max(options.gap_angle - d, 0.25 * options.gap_angle);
+    const double reach = near * std::sin(std::min(d, M_PI / 2)) / std::sin(allowed_angle);
+    const double threshold = std::max(options.min_gap, reach) + 6 * sigma_r_;
+    const double cosine = c(i) * c(i - 1) + s(i) * s(i - 1);
+    const double squared = r(i) * r(i) + r(i - 1) * r(i - 1) - 2 * r(i) * r(i - 1) * cosine;
+    if (squared > threshold * threshold) break_[at(i)] = 1;
+  }
+}
+
+// |tan(incidence)| from the ranges a few beams to either side.
+double ScanPoints::slope(int i, double increment) const {
+  const int a = std::max(0, i - kSlopeHalfWidth), b = std::min(size() - 1, i + kSlopeHalfWidth);
+  const double width = increment * (beam(b) - beam(a));
+  if (!(width > 0)) return 0;
+  return std::min(kMaxSlope, std::abs(r(b) - r(a)) / (width * r(i)));
+}
+
+// On any line q[i-1] - 2 cos(d) q[i] + q[i+1] = 0 exactly; the median of its size, in sigmas, tells
+// how rough the scan is against the declared noise.
+void ScanPoints::estimate_noise(double increment, const SegmentOptions& options) {
+  roughness_.clear();
+  const double two_cos = 2 * std::cos(increment);
+  for (int i = 1; i + 1 < size(); ++i) {
+    if (beam(i + 1) - beam(i - 1) != 2 || breaks_before(i) || breaks_before(i + 1)) continue;
+    const double p = 1 / r(i - 1), q = 1 / r(i), n = 1 / r(i + 1);
+    const double along = r(i) * slope(i, increment) * sigma_a_;
+    const double variance = (sigma_r_ * sigma_r_ + along * along) *
+                            (p * p * p * p + two_cos * two_cos * q * q * q * q + n * n * n * n);
+    const double t = p - two_cos * q + n;
+    roughness_.push_back(t * t / variance);
+  }
+  if (roughness_.size() < 30) return;
+  const auto middle = roughness_.begin() + static_cast<std::ptrdiff_t>(roughness_.size() / 2);
+  std::nth_element(roughness_.begin(), middle, roughness_.end());
+  const double scale = std::sqrt(*middle) / kNormalMedian;
+  if (scale < kRoughnessDeadZone) return;
+  noise_scale_ = std::min(scale, options.max_noise_scale);
+  sigma_r_ *= noise_scale_;
+}
+
+void ScanPoints::accumulate(double increment) {
+  prefix_.resize(r_.size() + 1);
+  InverseRangeSums sums;
+  prefix_[0] = sums;
+  const double range_variance = sigma_r_ * sigma_r_;
+  for (int i = 0; i < size(); ++i) {
+    const double along = r(i) * slope(i, increment) * sigma_a_;
+    const double r2 = r(i) * r(i);
+    sums.add(r2 * r2 / (range_variance + along * along), c(i), s(i), 1 / r(i));
+    prefix_[at(i) + 1] = sums;
+  }
+}
+
+}  // namespace lamina

@@ -1,0 +1,83 @@
+// Follows segments from scan to scan: the same plane keeps the same id.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <lamina/frontend/segments/assignment.hpp>
+#include <lamina/frontend/segments/plane_filter.hpp>
+#include <lamina/frontend/segments/segment_options.hpp>
+#include <lamina/models/timestamp.hpp>
+
+namespace lamina {
+
+/// One followed plane. Geometry in the scanner's frame of the last scan.
+struct SegmentTrack {
+  std::int64_t id = -1;
+  PlaneFilter filter;
+  Eigen::Vector3d start, end;  ///< of its last sighting, carried along (m)
+  Timestamp first_seen, last_seen;
+  int observations = 1;
+  int missed = 0;  ///< scans since it was seen
+  int needed = 1;  ///< observations before it counts
+  int bends = 0;   ///< how many bends in a row led to it
+  double cusum_up = 0, cusum_down = 0;
+  bool seen = true;  ///< in the last scan
+};
+
+struct TrackingCounts {
+  std::int64_t births = 0, confirmed = 0, deaths = 0, bends = 0, reacquired = 0, fragments = 0;
+};
+
+/// The method of [Laser planes document, 2.2-2.3]: a segment continues the track whose *predicted*
+/// line it is collinear with (equations 1, 2: here a Mahalanobis distance over rho and theta, with
+/// the plane's unknown tilt, the motion's and both lines' uncertainty) and overlaps (equation 3).
+/// The assignment is the globally best of a scan, not the first found (equation 4 chooses per
+/// segment). Pieces of a tracked wall beyond a door or a person share its id. A track whose
+/// innovations lean to one side once its tilt is known is no plane: it ends, and what is seen from
+/// then on is a new track; after two bends in a row a piece must outlive the one before it to
+/// count, so a vault or a tank never does.
+class SegmentTracker {
+ public:
+  /// Throws lamina::Error for options that have problems().
+  explicit SegmentTracker(TrackingOptions options = {});
+
+  /// Takes the segments of one scan; returns the track id of each, -1 while its track has not been
+  /// seen often enough. `T_prev_curr_scanner`: the scanner's motion since the last call, with its
+  /// covariance in the right tangent (translation, rotation).
+  std::vector<std::int64_t> update(const std::vector<ScanSegment>& segments,
+                                   const std::vector<NoiseFloor>& floors, Timestamp stamp,
+                                   const SE3& T_prev_curr_scanner,
+                                   const Matrix6d& motion_covariance);
+  /// Predicts `track` from an estimated plane from now on: in the frame of the last scan, with its
+  /// covariance in the plane's boxplus tangent. False when there is no such track, or a scan cannot
+  /// see the plane.
+  bool set_plane(std::int64_t track, const Plane& plane_scanner, const Eigen::Matrix3d& covariance);
+
+  const std::vector<SegmentTrack>& tracks() const { return tracks_; }
+  const TrackingCounts& counts() const { return counts_; }
+  const TrackingOptions& options() const { return options_; }
+
+ private:
+  void predict(const SE3& T_curr_prev, const Matrix6d& covariance);
+  std::vector<AssignmentCandidate> candidates(const std::vector<ScanSegment>& segments) const;
+  std::optional<double> match_cost(const SegmentTrack& track, const ScanSegment& segment,
+                                   const Eigen::Matrix2d& R, double allowed_gap) const;
+  void observe(SegmentTrack& track, const ScanSegment& segment, std::size_t index, Timestamp stamp);
+  bool bends(SegmentTrack& track, const ScanSegment& segment, const Eigen::Matrix2d& R);
+  SegmentTrack born(const ScanSegment& segment, std::size_t index, Timestamp stamp);
+  void share_fragments(const std::vector<ScanSegment>& segments, std::vector<int>& owner);
+  void retire(Timestamp stamp);
+
+  TrackingOptions options_;
+  std::vector<SegmentTrack> tracks_;
+  std::vector<Eigen::Matrix2d> covariances_;  // of this scan's segments, floor included
+  std::vector<NoiseFloor> floors_;
+  std::int64_t next_id_ = 0;
+  TrackingCounts counts_;
+};
+
+}  // namespace lamina

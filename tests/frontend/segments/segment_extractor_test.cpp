@@ -1,0 +1,181 @@
+// Segments of simulated scans: recall, errors, covariance, odd scans.
+#include <gtest/gtest.h>
+
+#include <lamina/frontend/segments/segment_extractor.hpp>
+#include <numeric>
+
+#include "scan_maker.hpp"
+
+namespace lamina {
+namespace {
+using test::LineScore;
+using test::ScanMaker;
+using test::Wall;
+
+LineScore run_polygons(int beams, double sigma, int count) {
+  ScanMaker maker;
+  maker.beams = beams;
+  maker.noise.range_sigma = sigma;
+  std::mt19937 random(7);
+  SegmentExtractor extractor;
+  LineScore total;
+  for (int k = 0; k < count; ++k) {
+    const auto walls = test::random_polygon(random, 4 + k % 5, 2, 8);
+    std::vector<int> hits;
+    const LaserScan scan = maker.scan(walls, random, &hits);
+    total.add(test::score(extractor.extract(scan).segments, maker.truth(walls, hits), sigma));
+  }
+  return total;
+}
+
+TEST(SegmentExtractor, FindsTheWallsOfRandomPolygons) {
+  for (const int beams : {361, 541, 1081}) {
+    const LineScore score = run_polygons(beams, 0.01, 100);
+    EXPECT_GT(score.expected, 300);
+    EXPECT_GE(score.recall(), 0.99) << beams;
+    EXPECT_LE(score.false_lines, 5) << beams << " beams, of " << score.detected;
+  }
+}
+
+TEST(SegmentExtractor, FindsTheWallsInStrongNoise) {
+  for (const int beams : {361, 541, 1081}) {
+    const LineScore score = run_polygons(beams, 0.03, 100);
+    EXPECT_GE(score.recall(), 0.92) << beams;
+    EXPECT_LE(score.false_lines, 5) << beams << " beams, of " << score.detected;
+  }
+}
+
+TEST(SegmentExtractor, FindsTheFourWallsOfARoomAcrossTheSeam) {
+  ScanMaker maker;
+  maker.beams = 720;
+  maker.fov = 2 * M_PI * 719 / 720;
+  std::mt19937 random(3);
+  SegmentExtractor extractor;
+  for (int k = 0; k < 50; ++k) {
+    const auto walls = test::room(6, 4, 2.0, 1.5, 0.13 * k);
+    const Segments out = extractor.extract(maker.scan(walls, random));
+    EXPECT_EQ(out.segments.size(), 4u) << k;
+  }
+}
+
+TEST(SegmentExtractor, CovarianceIsWhatMonteCarloSays) {
+  // One oblique wall, range and angle noise as the model says.
+  const std::vector<Wall> walls = {{{1.5, -1.0}, {4.0, 3.0}}};
+  ScanMaker maker;
+  maker.noise = {0.01, 0.0005, 0.0};
+  std::mt19937 random(11);
+  SegmentExtractor extractor;
+  double nees = 0;
+  const int runs = 1000;
+  for (int k = 0; k < runs; ++k) {
+    std::vector<int> hits;
+    const LaserScan scan = maker.scan(walls, random, &hits);
+    const Segments out = extractor.extract(scan);
+    ASSERT_EQ(out.segments.size(), 1u);
+    const LineScore score = test::score(out.segments, maker.truth(walls, hits), 0.01);
+    ASSERT_EQ(score.nees.size(), 1u);
+    nees += score.nees[0] / runs;
+  }
+  // Mean of `runs` chi-squared variables of two degrees: 2 +- 1.96 * 2 / sqrt(runs).
+  EXPECT_NEAR(nees, 2.0, 1.96 * 2 / std::sqrt(runs));
+}
+
+TEST(SegmentExtractor, MomentsHaveTheirLeastCostAtTheLine) {
+  ScanMaker maker;
+  std::mt19937 random(5);
+  SegmentExtractor extractor;
+  const Segments out = extractor.extract(maker.scan({{{1.0, 0.2}, {6.0, 3.0}}}, random));
+  ASSERT_EQ(out.segments.size(), 1u);
+  const ScanSegment& s = out.segments[0];
+  const auto cost = [&](double drho, double dtheta) {
+    const Eigen::Vector3d n(std::cos(s.theta + dtheta), std::sin(s.theta + dtheta), 0);
+    return s.moments.cost(Plane(n, s.rho + drho));
+  };
+  const double least = cost(0, 0);
+  // The information in the moments is that of the covariance.
+  const Eigen::Matrix2d information = s.covariance.inverse();
+  const double h = 0.1 / std::sqrt(information(1, 1));
+  EXPECT_NEAR((cost(0, h) + cost(0, -h) - 2 * least) / (h * h), 2 * information(1, 1),
+              0.05 * information(1, 1));
+  EXPECT_NEAR(cost(0, h), cost(0, -h), 0.02 * (cost(0, h) + cost(0, -h) - 2 * least));
+  EXPECT_EQ(s.moments.count(), s.count);
+}
+
+TEST(SegmentExtractor, CurvedSurfacesAreNotLines) {
+  ScanMaker maker;
+  std::mt19937 random(9);
+  SegmentExtractor extractor;
+  int segments = 0;
+  for (const double radius : {0.2, 0.5, 1.0, 2.0}) {
+    std::vector<Wall> walls;
+    for (int i = 0; i < 720; ++i) {
+      const double a = i * M_PI / 360, b = (i + 1) * M_PI / 360;
+      const Eigen::Vector2d centre(1.5 + radius, 0.3);
+      walls.push_back({centre + radius * Eigen::Vector2d(std::cos(a), std::sin(a)),
+                       centre + radius * Eigen::Vector2d(std::cos(b), std::sin(b))});
+    }
+    for (int k = 0; k < 10; ++k) {
+      segments += static_cast<int>(extractor.extract(maker.scan(walls, random)).segments.size());
+    }
+  }
+  EXPECT_LE(segments, 2);
+}
+
+TEST(SegmentExtractor, OddScansDoNoHarm) {
+  SegmentExtractor extractor;
+  LaserScan scan;
+  EXPECT_TRUE(extractor.extract(scan).segments.empty());
+  scan.angle_increment = 0.01;
+  scan.ranges = {2.0F};
+  EXPECT_EQ(extractor.extract(scan).loose_beams.size(), 1u);
+  scan.ranges.assign(500, std::numeric_limits<float>::quiet_NaN());
+  EXPECT_EQ(extractor.extract(scan).missing, 500);
+  scan.ranges.assign(500, std::numeric_limits<float>::infinity());
+  EXPECT_EQ(extractor.extract(scan).missing, 500);
+  scan.ranges.assign(500, 0.0F);
+  EXPECT_EQ(extractor.extract(scan).missing, 500);
+  scan.angle_increment = 0;
+  scan.ranges.assign(500, 1.0F);
+  EXPECT_TRUE(extractor.extract(scan).segments.empty());
+}
+
+TEST(SegmentExtractor, DescendingAnglesGiveTheSameLines) {
+  ScanMaker up, down;
+  up.noise.range_sigma = down.noise.range_sigma = 1e-4;
+  down.descending = true;
+  std::mt19937 random(1);
+  SegmentExtractor extractor;
+  const auto walls = test::room(6, 4, 2, 1.5, 0.3);
+  const Segments a = extractor.extract(up.scan(walls, random));
+  const Segments b = extractor.extract(down.scan(walls, random));
+  ASSERT_EQ(a.segments.size(), b.segments.size());
+  for (std::size_t i = 0; i < a.segments.size(); ++i) {
+    const ScanSegment& s = b.segments[b.segments.size() - 1 - i];
+    EXPECT_NEAR(a.segments[i].rho, s.rho, 1e-3);
+    EXPECT_NEAR(a.segments[i].theta, s.theta, 1e-3);
+    EXPECT_LT((a.segments[i].start - s.end).norm(), 0.05);
+  }
+}
+
+TEST(SegmentExtractor, EveryReturnIsInASegmentOrLooseOrMissing) {
+  ScanMaker maker;
+  std::mt19937 random(21);
+  SegmentExtractor extractor;
+  LaserScan scan = maker.scan(test::random_polygon(random, 6, 2, 8), random);
+  for (std::size_t i = 0; i < scan.size(); i += 17) scan.ranges[i] = 0;
+  const Segments out = extractor.extract(scan);
+  int in_segments = 0;
+  for (const ScanSegment& s : out.segments) in_segments += s.count;
+  EXPECT_EQ(in_segments + static_cast<int>(out.loose_beams.size()) + out.missing, maker.beams);
+}
+
+TEST(SegmentOptions, ProblemsAreNamed) {
+  SegmentOptions options;
+  options.min_points = 1;
+  ASSERT_EQ(options.problems().size(), 1u);
+  EXPECT_EQ(options.problems()[0], "segments.min_points: expected at least 3");
+  EXPECT_TRUE(SegmentOptions().problems().empty());
+}
+
+}  // namespace
+}  // namespace lamina
