@@ -68,7 +68,37 @@ TEST(RealRecordings, MinesHas756ScansWithOdometry) {
 
 TEST(RealRecordings, PotholesHaveEightPairs) {
   OPEN_OR_SKIP(recording, data_folder() + "/stereo_potholes_1");
-  EXPECT_EQ(count(*recording).stereo, 8);
+  int pairs = 0;
+  while (const auto m = recording->next()) {
+    const auto* pair = std::get_if<StereoFrame>(&*m);
+    if (!pair) continue;
+    ++pairs;
+    const DepthFrame depth = depth_from_stereo(*pair);
+    const auto holes = std::count(depth.raw.begin(), depth.raw.end(), std::uint16_t{0});
+    const double density = 1 - static_cast<double>(holes) / static_cast<double>(depth.raw.size());
+    EXPECT_GE(density, 0.75);
+    RecordProperty("density_" + std::to_string(pairs), std::to_string(density));
+  }
+  EXPECT_EQ(pairs, 8);
+}
+
+TEST(RealRecordings, SenaLoopHas225ScansWithOdometry) {
+  OPEN_OR_SKIP(recording,
+               "/usr/share/mrpt/datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog");
+  const Counts counts = count(*recording);
+  EXPECT_EQ(counts.scans, 225);
+  EXPECT_EQ(counts.odometry, 225);
+  EXPECT_TRUE(counts.ordered);
+}
+
+TEST(RealRecordings, MrptRgbdFrameReads) {
+  OPEN_OR_SKIP(recording, "/usr/share/mrpt/datasets/tests_rgbd.rawlog");
+  const auto first = recording->next();
+  ASSERT_TRUE(first.has_value());
+  const auto* frame = std::get_if<DepthFrame>(&*first);
+  ASSERT_NE(frame, nullptr);
+  EXPECT_EQ(frame->width(), 640);
+  EXPECT_EQ(frame->height(), 480);
 }
 
 }  // namespace
