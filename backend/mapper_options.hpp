@@ -1,0 +1,64 @@
+// Settings of the mapper, with units and reasons.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <lamina/backend/association.hpp>
+#include <lamina/backend/place_recognition.hpp>
+#include <lamina/backend/sliding_window.hpp>
+
+namespace lamina {
+
+struct MapperOptions {
+  WindowOptions window;
+  AssociationOptions association;
+  PlaceRecognitionOptions place;
+
+  // ---- keyframes: by motion and by new evidence
+  double keyframe_distance_m = 0.4;  ///< odometry loses about a centimetre in that
+  double keyframe_angle_deg = 15;    ///< a quarter of a depth camera's view
+  /// A frame with this share of observations that match nothing known becomes a keyframe if it
+  /// moved by a quarter of the above at least.
+  double keyframe_new_share = 0.5;
+
+  // ---- planes
+  /// Frames that must have seen a plane before it enters the map: one-off fits are mostly clutter.
+  int min_observations = 3;
+  /// Tentative planes not seen for so many keyframes are forgotten.
+  int forget_keyframes = 10;
+  /// Weak prior on the tilt of planes seen by segments alone (perpendicular to the scan, as in
+  /// [Document2DLidar]), deg, and on the distance of any plane, m: holds what nothing measures.
+  double prior_tilt_deg = 5;
+  double prior_distance_m = 100;
+  /// Directions whose 1-sigma after estimation is above this share of the prior's are reported as
+  /// unobserved.
+  double unobserved_share = 0.5;
+  /// Planes of the map that turn out to be one are merged when they agree within the association's
+  /// gates and their outlines are near.
+  bool merge_planes = true;
+  /// A plane whose evidence does not fit one plane (chi-squared per degree above this) is split.
+  double split_chi_squared = 12;
+
+  // ---- outlines and surfels
+  double outline_cell_m = 0.1;
+  double surfel_cell_m = 0.1;
+  double surfel_parent_sigma_m = 0.01;  ///< height off the parent plane, robust
+  double surfel_parent_slope_deg = 3;
+
+  // ---- labels, from refined geometry in the map frame (z up)
+  double level_tilt_deg = 5;   ///< horizontal within this
+  double max_ramp_deg = 30;    ///< steeper is no ramp
+  double wall_tilt_deg = 15;   ///< vertical within this
+  double same_level_m = 0.03;  ///< horizontal planes this close to the floor's level are floor
+  double max_step_m = 0.35;    ///< horizontal, above the floor by at most this: a step
+
+  /// Keyframes seen from nowhere new (an older one within this, same planes) are taken out when
+  /// they leave the window, so that laps of one building do not grow the graph. 0: never.
+  double reuse_distance_m = 0.3;
+  double reuse_angle_deg = 12;
+
+  std::vector<std::string> problems() const;
+};
+
+}  // namespace lamina
