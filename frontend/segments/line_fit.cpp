@@ -6,7 +6,7 @@
 
 namespace lamina {
 namespace {
-constexpr int kIterations = 3;
+constexpr int kIterations = 2;
 // cos(88.9 deg): beams more oblique than that carry no usable information.
 constexpr double kMinCosine = 0.02;
 
@@ -112,10 +112,9 @@ Eigen::Vector2d foot(const ScanPoints& points, int i, const Line& line) {
 }  // namespace
 
 std::optional<ScanSegment> fit_line(const ScanPoints& points, std::span<const int> indices,
-                                    double outlier_sigma, std::vector<int>& rejected) {
+                                    const InverseRangeSums& sums, double outlier_sigma,
+                                    std::vector<int>& rejected) {
   if (indices.size() < 3) return std::nullopt;
-  InverseRangeSums sums;
-  for (const int i : indices) sums = sums + points.sums(i, i + 1);
   double A = 0, B = 0;
   if (!sums.solve(A, B)) return std::nullopt;
   const double norm = std::hypot(A, B);

@@ -10,7 +10,8 @@
 
 namespace lamina {
 
-/// Maximum-likelihood line of the returns `indices` of `points`, in the scanner frame: minimises
+/// Maximum-likelihood line of the returns `indices` of `points` (their `sums` at hand), in the
+/// scanner frame: minimises
 ///   sum (r_i - rho / cos(a_i - theta))^2 / (sigma_r^2 + (r_i tan(a_i - theta) sigma_a)^2)
 /// from the closed form in inverse range as the start. Weighting by [Pfister2003]; the residual is
 /// along the beam, where the noise is: distances to the line with noisy foot points bias oblique
@@ -21,6 +22,7 @@ namespace lamina {
 /// moved along the normal by its residual: their plane cost is then least at this very line.
 /// nullopt when the returns determine no line.
 std::optional<ScanSegment> fit_line(const ScanPoints& points, std::span<const int> indices,
-                                    double outlier_sigma, std::vector<int>& rejected);
+                                    const InverseRangeSums& sums, double outlier_sigma,
+                                    std::vector<int>& rejected);
 
 }  // namespace lamina

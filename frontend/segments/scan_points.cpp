@@ -16,31 +16,6 @@ constexpr double kNormalMedian = 0.6745;
 constexpr double kRoughnessDeadZone = 1.25;
 }  // namespace
 
-void InverseRangeSums::add(double w, double c, double s, double q) {
-  cc += w * c * c;
-  cs += w * c * s;
-  ss += w * s * s;
-  qc += w * q * c;
-  qs += w * q * s;
-  qq += w * q * q;
-  ++count;
-}
-
-InverseRangeSums InverseRangeSums::operator-(const InverseRangeSums& o) const {
-  return {cc - o.cc, cs - o.cs, ss - o.ss, qc - o.qc, qs - o.qs, qq - o.qq, count - o.count};
-}
-
-InverseRangeSums InverseRangeSums::operator+(const InverseRangeSums& o) const {
-  return {cc + o.cc, cs + o.cs, ss + o.ss, qc + o.qc, qs + o.qs, qq + o.qq, count + o.count};
-}
-
-double InverseRangeSums::cost() const {
-  if (count <= 2) return 0;
-  const double det = cc * ss - cs * cs;
-  if (!(det > 1e-12 * cc * cc + 1e-12 * ss * ss)) return std::max(0.0, qq);
-  return std::max(0.0, qq - (qc * qc * ss - 2 * qc * qs * cs + qs * qs * cc) / det);
-}
-
 bool InverseRangeSums::solve(double& A, double& B) const {
   const double det = cc * ss - cs * cs;
   if (count < 2 || !(det > 1e-12 * cc * cc + 1e-12 * ss * ss)) return false;
@@ -67,6 +42,7 @@ void ScanPoints::update_table(const LaserScan& scan) {
 int ScanPoints::load(const LaserScan& scan, const SegmentOptions& options) {
   update_table(scan);
   r_.clear();
+  q_.clear();
   c_.clear();
   s_.clear();
   beam_.clear();
@@ -74,6 +50,7 @@ int ScanPoints::load(const LaserScan& scan, const SegmentOptions& options) {
   for (std::size_t i = 0; i < scan.size(); ++i) {
     if (!scan.valid(i)) continue;
     r_.push_back(static_cast<double>(scan.ranges[i]));
+    q_.push_back(1 / r_.back());
     c_.push_back(table_c_[i]);
     s_.push_back(table_s_[i]);
     beam_.push_back(static_cast<int>(i));
@@ -84,8 +61,9 @@ int ScanPoints::load(const LaserScan& scan, const SegmentOptions& options) {
   sigma_a_ = std::max(0.0, scan.lidar.noise.angle_sigma);
   noise_scale_ = 1;
   find_breaks(increment, options);
+  find_slopes(increment);
   estimate_noise(increment, options);
-  accumulate(increment);
+  accumulate();
   return beams_ - size();
 }
 
@@ -93,38 +71,46 @@ int ScanPoints::load(const LaserScan& scan, const SegmentOptions& options) {
 // beam, the next return is at most r sin(d) / sin(gap_angle - d) away.
 void ScanPoints::find_breaks(double increment, const SegmentOptions& options) {
   break_.assign(r_.size(), 0);
-  for (int i = 1; i < size(); ++i) {
-    const double d = increment * (beam(i) - beam(i - 1));
-    const double near = std::min(r(i), r(i - 1));
+  const auto reach_of = [&](double d) {
     const double allowed_angle = std::max(options.gap_angle - d, 0.25 * options.gap_angle);
-    const double reach = near * std::sin(std::min(d, M_PI / 2)) / std::sin(allowed_angle);
-    const double threshold = std::max(options.min_gap, reach) + 6 * sigma_r_;
+    return std::sin(std::min(d, M_PI / 2)) / std::sin(allowed_angle);
+  };
+  const double next_reach = reach_of(increment);
+  for (int i = 1; i < size(); ++i) {
+    const int beams = beam(i) - beam(i - 1);
+    const double reach = beams == 1 ? next_reach : reach_of(increment * beams);
+    const double near = std::min(r(i), r(i - 1));
+    const double threshold = std::max(options.min_gap, near * reach) + 6 * sigma_r_;
     const double cosine = c(i) * c(i - 1) + s(i) * s(i - 1);
     const double squared = r(i) * r(i) + r(i - 1) * r(i - 1) - 2 * r(i) * r(i - 1) * cosine;
     if (squared > threshold * threshold) break_[at(i)] = 1;
   }
 }
 
-// |tan(incidence)| from the ranges a few beams to either side.
-double ScanPoints::slope(int i, double increment) const {
-  const int a = std::max(0, i - kSlopeHalfWidth), b = std::min(size() - 1, i + kSlopeHalfWidth);
-  const double width = increment * (beam(b) - beam(a));
-  if (!(width > 0)) return 0;
-  return std::min(kMaxSlope, std::abs(r(b) - r(a)) / (width * r(i)));
+// Squared range error (m^2) that the beam's angle makes, by |tan(incidence)| from the ranges a few
+// beams to either side.
+void ScanPoints::find_slopes(double increment) {
+  along_.assign(r_.size(), 0);
+  if (!(sigma_a_ > 0) || !(increment > 0)) return;
+  for (int i = 0; i < size(); ++i) {
+    const int a = std::max(0, i - kSlopeHalfWidth), b = std::min(size() - 1, i + kSlopeHalfWidth);
+    if (a == b) continue;
+    const double rise = std::abs(r(b) - r(a)) / (increment * (beam(b) - beam(a)));
+    const double along = std::min(kMaxSlope * r(i), rise) * sigma_a_;
+    along_[at(i)] = along * along;
+  }
 }
 
 // On any line q[i-1] - 2 cos(d) q[i] + q[i+1] = 0 exactly; the median of its size, in sigmas, tells
 // how rough the scan is against the declared noise.
 void ScanPoints::estimate_noise(double increment, const SegmentOptions& options) {
   roughness_.clear();
-  const double two_cos = 2 * std::cos(increment);
+  const double two_cos = 2 * std::cos(increment), range_variance = sigma_r_ * sigma_r_;
   for (int i = 1; i + 1 < size(); ++i) {
     if (beam(i + 1) - beam(i - 1) != 2 || breaks_before(i) || breaks_before(i + 1)) continue;
-    const double p = 1 / r(i - 1), q = 1 / r(i), n = 1 / r(i + 1);
-    const double along = r(i) * slope(i, increment) * sigma_a_;
-    const double variance = (sigma_r_ * sigma_r_ + along * along) *
-                            (p * p * p * p + two_cos * two_cos * q * q * q * q + n * n * n * n);
-    const double t = p - two_cos * q + n;
+    const double p = q(i - 1) * q(i - 1), m = two_cos * q(i) * q(i), n = q(i + 1) * q(i + 1);
+    const double variance = (range_variance + along_[at(i)]) * (p * p + m * m + n * n);
+    const double t = q(i - 1) - two_cos * q(i) + q(i + 1);
     roughness_.push_back(t * t / variance);
   }
   if (roughness_.size() < 30) return;
@@ -136,15 +122,14 @@ void ScanPoints::estimate_noise(double increment, const SegmentOptions& options)
   sigma_r_ *= noise_scale_;
 }
 
-void ScanPoints::accumulate(double increment) {
+void ScanPoints::accumulate() {
   prefix_.resize(r_.size() + 1);
   InverseRangeSums sums;
   prefix_[0] = sums;
   const double range_variance = sigma_r_ * sigma_r_;
   for (int i = 0; i < size(); ++i) {
-    const double along = r(i) * slope(i, increment) * sigma_a_;
     const double r2 = r(i) * r(i);
-    sums.add(r2 * r2 / (range_variance + along * along), c(i), s(i), 1 / r(i));
+    sums.add(r2 * r2 / (range_variance + along_[at(i)]), c(i), s(i), q(i));
     prefix_[at(i) + 1] = sums;
   }
 }

@@ -1,6 +1,7 @@
 // The returns of one scan, ready for line fits in constant time.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -17,11 +18,29 @@ struct InverseRangeSums {
   double cc = 0, cs = 0, ss = 0, qc = 0, qs = 0, qq = 0;
   int count = 0;
 
-  void add(double w, double c, double s, double q);
-  InverseRangeSums operator-(const InverseRangeSums& o) const;
-  InverseRangeSums operator+(const InverseRangeSums& o) const;
+  void add(double w, double c, double s, double q) {
+    const double wc = w * c, ws = w * s;
+    cc += wc * c;
+    cs += wc * s;
+    ss += ws * s;
+    qc += wc * q;
+    qs += ws * q;
+    qq += w * q * q;
+    ++count;
+  }
+  InverseRangeSums operator-(const InverseRangeSums& o) const {
+    return {cc - o.cc, cs - o.cs, ss - o.ss, qc - o.qc, qs - o.qs, qq - o.qq, count - o.count};
+  }
+  InverseRangeSums operator+(const InverseRangeSums& o) const {
+    return {cc + o.cc, cs + o.cs, ss + o.ss, qc + o.qc, qs + o.qs, qq + o.qq, count + o.count};
+  }
   /// Chi-squared of the best line; 0 for up to two returns.
-  double cost() const;
+  double cost() const {
+    if (count <= 2) return 0;
+    const double det = cc * ss - cs * cs;
+    if (!(det > 1e-12 * (cc * cc + ss * ss))) return qq;
+    return std::max(0.0, qq - (qc * qc * ss - 2 * qc * qs * cs + qs * qs * cc) / det);
+  }
   /// (A, B) of the best line; false when the returns do not determine it.
   bool solve(double& A, double& B) const;
 };
@@ -35,6 +54,7 @@ class ScanPoints {
 
   int size() const { return static_cast<int>(r_.size()); }
   double r(int i) const { return r_[at(i)]; }
+  double q(int i) const { return q_[at(i)]; }  ///< 1 / r
   double c(int i) const { return c_[at(i)]; }
   double s(int i) const { return s_[at(i)]; }
   int beam(int i) const { return beam_[at(i)]; }
@@ -56,12 +76,12 @@ class ScanPoints {
   void update_table(const LaserScan& scan);
   void find_breaks(double increment, const SegmentOptions& options);
   void estimate_noise(double increment, const SegmentOptions& options);
-  double slope(int i, double increment) const;
-  void accumulate(double increment);
+  void find_slopes(double increment);
+  void accumulate();
 
   double table_min_ = 0, table_increment_ = 0;
   std::vector<double> table_c_, table_s_;
-  std::vector<double> r_, c_, s_, roughness_;
+  std::vector<double> r_, q_, c_, s_, along_, roughness_;
   std::vector<int> beam_;
   std::vector<std::uint8_t> break_;
   std::vector<InverseRangeSums> prefix_;

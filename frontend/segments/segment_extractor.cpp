@@ -13,6 +13,8 @@ namespace {
 constexpr int kSplitCandidates = 16;
 // A parameter more must gain this much chi-squared when an arc competes with lines.
 constexpr double kArcParameterCost = 5;
+// How much more than the threshold of a split a chord of an arc may miss by.
+constexpr double kArcMissFactor = 6;
 // How far behind a line a return must lie to prove an opening (m, and sigmas).
 constexpr double kOpening = 0.05, kOpeningSigmas = 4;
 // Chord against beam where consecutive beams may still be joined if they prove collinear (rad).
@@ -153,6 +155,37 @@ void SegmentExtractor::merge_seam() {
   runs_.front() = std::move(joined);
 }
 
+// Could an arc look like these lines? It turns the same way at every joint, and by no more than
+// chords turn that were not worth splitting: on an arc a chord of length L that meets its
+// neighbours at the angle b misses by 0.3 L b / 8 (root mean square).
+bool SegmentExtractor::arc_is_possible(std::size_t first, std::size_t last) const {
+  Eigen::Vector2d before = Eigen::Vector2d::Zero();
+  double side = 0, before_length = 0;
+  int before_count = 0;
+  for (std::size_t k = first; k <= last; ++k) {
+    Eigen::Vector2d line;
+    const Run& run = runs_[k];
+    if (!run.sums.solve(line.x(), line.y())) return false;
+    line.normalize();
+    const double length = (points_.point(run.end() - 1) - points_.point(run.begin())).norm();
+    if (k > first) {
+      const double turn =
+          std::asin(std::clamp(before.x() * line.y() - before.y() * line.x(), -1.0, 1.0));
+      if (before.dot(line) < 0 || turn * side < 0) return false;
+      side = turn;
+      const auto too_much = [&](double chord, int count) {
+        const double miss = 0.3 * chord * turn / 8 / points_.sigma_r();
+        return count * miss * miss > kArcMissFactor * threshold(count);
+      };
+      if (too_much(length, run.sums.count) || too_much(before_length, before_count)) return false;
+    }
+    before = line;
+    before_length = length;
+    before_count = run.sums.count;
+  }
+  return true;
+}
+
 bool SegmentExtractor::arc_wins(std::size_t first, std::size_t last) const {
   std::vector<int> indices;
   double lines = 0;
@@ -180,7 +213,7 @@ void SegmentExtractor::drop_curved(Segments& out) {
       for (std::size_t k = i; k < i + window; ++k) {
         chain &= runs_[k].sums.count >= 4 && (k == i || contiguous(runs_[k - 1], runs_[k]));
       }
-      if (!chain || !arc_wins(i, i + window - 1)) continue;
+      if (!chain || !arc_is_possible(i, i + window - 1) || !arc_wins(i, i + window - 1)) continue;
       std::fill_n(curved.begin() + static_cast<std::ptrdiff_t>(i), window, 1);
     }
   }
@@ -300,7 +333,7 @@ void SegmentExtractor::emit(const Run& run, Segments& out) {
     for (int i = begin; i < end; ++i) indices_.push_back(i);
   }
   const std::optional<ScanSegment> segment =
-      fit_line(points_, indices_, options_.outlier_sigma, rejected_);
+      fit_line(points_, indices_, run.sums, options_.outlier_sigma, rejected_);
   if (!segment || !acceptable(*segment)) return;
   for (const int i : indices_) used_[static_cast<std::size_t>(i)] = 1;
   for (const int i : rejected_) used_[static_cast<std::size_t>(i)] = 0;

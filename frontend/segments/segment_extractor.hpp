@@ -61,6 +61,7 @@ class SegmentExtractor {
   void bridge();
   bool can_bridge(const Run& a, const Run& b) const;
   bool seen_through(const InverseRangeSums& both, int from, int to) const;
+  bool arc_is_possible(std::size_t first, std::size_t last) const;
   bool arc_wins(std::size_t first, std::size_t last) const;
   bool acceptable(const ScanSegment& segment) const;
   void emit(const Run& run, Segments& out);

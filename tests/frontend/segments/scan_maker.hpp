@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -150,41 +151,61 @@ struct LineScore {
   double recall() const { return expected == 0 ? 1 : double(found) / expected; }
 };
 
+/// The wall that most beams of a segment hit; -1 when most hit none.
+inline int majority_wall(const ScanSegment& segment, const std::vector<int>& hits,
+                         std::size_t walls) {
+  std::vector<int> votes(walls + 1, 0);
+  const int n = static_cast<int>(hits.size());
+  const int span = (segment.last_beam - segment.first_beam + n) % n;
+  for (int i = 0; i <= span; ++i) {
+    ++votes[static_cast<std::size_t>(hits[static_cast<std::size_t>((segment.first_beam + i) % n)] +
+                                     1)];
+  }
+  return static_cast<int>(std::max_element(votes.begin(), votes.end()) - votes.begin()) - 1;
+}
+
 /// A true line counts when at least `min_beams` beams hit it over `min_length`, not all of them
-/// more oblique than 80 degrees. A detection matches a line when it is within 5 degrees of its
-/// direction and its middle within 0.05 m + 3 sigma of it; one that matches no true line is false.
+/// more oblique than 80 degrees. A detection belongs to the wall most of its beams hit; it finds
+/// that wall when it is within 5 degrees of its direction, or 4 sigma of its own, and its middle is
+/// within 0.05 m + 3 sigma of it; otherwise it is false. Errors are those of the longest piece.
 inline LineScore score(const std::vector<ScanSegment>& segments, const std::vector<TrueLine>& truth,
-                       double sigma, int min_beams = 12, double min_length = 0.3) {
+                       const std::vector<int>& hits, double sigma, int min_beams = 12,
+                       double min_length = 0.3) {
   LineScore out;
-  std::vector<char> matched(segments.size(), 0);
-  for (const TrueLine& line : truth) {
-    if (line.beams == 0) continue;
-    const bool counts =
-        line.beams >= min_beams && line.length >= min_length && line.incidence < 80 * M_PI / 180;
-    bool found = false;
-    for (std::size_t k = 0; k < segments.size(); ++k) {
-      const ScanSegment& s = segments[k];
-      const double turn = std::remainder(s.theta - line.theta, 2 * M_PI);
+  out.detected = static_cast<int>(segments.size());
+  std::vector<const ScanSegment*> best(truth.size(), nullptr);
+  for (const ScanSegment& s : segments) {
+    const int wall = majority_wall(s, hits, truth.size());
+    bool fits = false;
+    if (wall >= 0) {
+      const TrueLine& line = truth[static_cast<std::size_t>(wall)];
       const Eigen::Vector2d n(std::cos(line.theta), std::sin(line.theta));
       const double offset = n.dot(0.5 * (s.start + s.end)) - line.rho;
-      if (std::abs(turn) > 5 * M_PI / 180 || std::abs(offset) > 0.05 + 3 * sigma) continue;
-      matched[k] = 1;
-      if (found) continue;
-      found = true;
-      if (!counts) continue;
-      const Eigen::Vector2d e(s.rho - line.rho, turn);
-      const Eigen::Matrix2d& C = s.covariance;
-      const double det = C(0, 0) * C(1, 1) - C(0, 1) * C(1, 0);
-      out.rho_errors.push_back(std::abs(e(0)));
-      out.angle_errors.push_back(std::abs(e(1)));
-      out.nees.push_back(
-          (C(1, 1) * e(0) * e(0) - 2 * C(0, 1) * e(0) * e(1) + C(0, 0) * e(1) * e(1)) / det);
+      const double turn = std::abs(std::remainder(s.theta - line.theta, 2 * M_PI));
+      fits = turn < std::max(5 * M_PI / 180, 4 * std::sqrt(s.covariance(1, 1))) &&
+             std::abs(offset) < 0.05 + 3 * sigma;
+      const ScanSegment*& held = best[static_cast<std::size_t>(wall)];
+      if (fits && (!held || held->count < s.count)) held = &s;
     }
-    out.expected += counts ? 1 : 0;
-    out.found += counts && found ? 1 : 0;
+    out.false_lines += fits ? 0 : 1;
   }
-  out.detected = static_cast<int>(segments.size());
-  for (const char m : matched) out.false_lines += m ? 0 : 1;
+  for (std::size_t w = 0; w < truth.size(); ++w) {
+    const TrueLine& line = truth[w];
+    if (line.beams < min_beams || line.length < min_length || line.incidence > 80 * M_PI / 180) {
+      continue;
+    }
+    ++out.expected;
+    if (!best[w]) continue;
+    ++out.found;
+    const ScanSegment& s = *best[w];
+    const Eigen::Vector2d e(s.rho - line.rho, std::remainder(s.theta - line.theta, 2 * M_PI));
+    const Eigen::Matrix2d& C = s.covariance;
+    const double det = C(0, 0) * C(1, 1) - C(0, 1) * C(1, 0);
+    out.rho_errors.push_back(std::abs(e(0)));
+    out.angle_errors.push_back(std::abs(e(1)));
+    out.nees.push_back((C(1, 1) * e(0) * e(0) - 2 * C(0, 1) * e(0) * e(1) + C(0, 0) * e(1) * e(1)) /
+                       det);
+  }
   return out;
 }
 

@@ -23,7 +23,7 @@ LineScore run_polygons(int beams, double sigma, int count) {
     const auto walls = test::random_polygon(random, 4 + k % 5, 2, 8);
     std::vector<int> hits;
     const LaserScan scan = maker.scan(walls, random, &hits);
-    total.add(test::score(extractor.extract(scan).segments, maker.truth(walls, hits), sigma));
+    total.add(test::score(extractor.extract(scan).segments, maker.truth(walls, hits), hits, sigma));
   }
   return total;
 }
@@ -72,7 +72,7 @@ TEST(SegmentExtractor, CovarianceIsWhatMonteCarloSays) {
     const LaserScan scan = maker.scan(walls, random, &hits);
     const Segments out = extractor.extract(scan);
     ASSERT_EQ(out.segments.size(), 1u);
-    const LineScore score = test::score(out.segments, maker.truth(walls, hits), 0.01);
+    const LineScore score = test::score(out.segments, maker.truth(walls, hits), hits, 0.01);
     ASSERT_EQ(score.nees.size(), 1u);
     nees += score.nees[0] / runs;
   }

@@ -1,0 +1,149 @@
+// Accuracy and speed of the segment front-end on simulated rooms and polygons.
+//   segments_bench
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <numeric>
+
+#include <lamina/frontend/segments/segment_frontend.hpp>
+
+#include "../tests/frontend/segments/scan_maker.hpp"
+
+using namespace lamina;
+using test::LineScore;
+using test::ScanMaker;
+using test::Wall;
+
+namespace {
+
+double microseconds() {
+  return 1e6 *
+         std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                   values.end());
+  return values[values.size() / 2];
+}
+
+double mean(const std::vector<double>& values) {
+  return values.empty() ? 0
+                        : std::accumulate(values.begin(), values.end(), 0.0) /
+                              static_cast<double>(values.size());
+}
+
+// A room of 10 x 7 m with boxes in it, seen from a random place.
+std::vector<Wall> furnished_room(std::mt19937& random) {
+  std::uniform_real_distribution<double> unit;
+  const double x = 3 + 4 * unit(random), y = 2 + 3 * unit(random), yaw = 2 * M_PI * unit(random);
+  std::vector<Wall> walls = test::room(10, 7, x, y, yaw);
+  for (int k = 0; k < 4; ++k) {
+    const double w = 0.6 + unit(random), h = 0.6 + unit(random), turn = 2 * M_PI * unit(random);
+    const double away = 1.6 + unit(random), bearing = 0.5 * M_PI * (k + unit(random));
+    const Eigen::Vector2d centre(away * std::cos(bearing), away * std::sin(bearing));
+    for (Wall wall : test::room(w, h, w / 2, h / 2, turn)) {
+      walls.push_back({wall.a + centre, wall.b + centre});
+    }
+  }
+  return walls;
+}
+
+using World = std::vector<Wall> (*)(std::mt19937&, int);
+
+struct Case {
+  const char* name;
+  World make;
+};
+
+const Case kCases[] = {
+    {"room 8 x 6 m",
+     [](std::mt19937& r, int) {
+       std::uniform_real_distribution<double> unit;
+       return test::room(8, 6, 1 + 6 * unit(r), 1 + 4 * unit(r), 2 * M_PI * unit(r));
+     }},
+    {"furnished room", [](std::mt19937& r, int) { return furnished_room(r); }},
+    {"polygons, 4-8 corners",
+     [](std::mt19937& r, int k) { return test::random_polygon(r, 4 + k % 5, 2, 8); }},
+    {"polygons, 9-14 corners",
+     [](std::mt19937& r, int k) { return test::random_polygon(r, 9 + k % 6, 2, 8); }},
+};
+
+void accuracy() {
+  std::printf("%-24s %5s %6s  %7s %7s %7s  %8s %8s  %6s\n", "world", "beams", "sigma", "recall",
+              "false", "lines", "rho mm", "angle", "NEES");
+  std::printf("%-24s %5s %6s  %7s %7s %7s  %8s %8s  %6s\n", "", "", "cm", "", "a scan", "a scan",
+              "median", "median", "2 +-");
+  for (const Case& c : kCases) {
+    for (const double sigma : {0.01, 0.03}) {
+      for (const int beams : {361, 541, 1081}) {
+        ScanMaker maker;
+        maker.beams = beams;
+        maker.noise = {sigma, 0.0005, 0.0};
+        std::mt19937 random(1);
+        SegmentExtractor extractor;
+        LineScore total;
+        const int scans = 300;
+        for (int k = 0; k < scans; ++k) {
+          std::vector<int> hits;
+          const std::vector<Wall> walls = c.make(random, k);
+          const LaserScan scan = maker.scan(walls, random, &hits);
+          total.add(
+              test::score(extractor.extract(scan).segments, maker.truth(walls, hits), hits, sigma));
+        }
+        const double half = 1.96 * 2 / std::sqrt(static_cast<double>(total.nees.size()));
+        std::printf("%-24s %5d %6.0f  %7.4f %7.3f %7.2f  %8.2f %7.3f°  %6.2f +-%.2f\n", c.name,
+                    beams, 100 * sigma, total.recall(), double(total.false_lines) / scans,
+                    double(total.detected) / scans, 1e3 * median(total.rho_errors),
+                    median(total.angle_errors) * 180 / M_PI, mean(total.nees), half);
+        int tail = 0;
+        for (const double v : total.nees) tail += v > 13.8;
+        std::printf("      tail %.4f median %.2f\n", double(tail) / double(total.nees.size()),
+                    median(total.nees));
+      }
+    }
+  }
+}
+
+void speed() {
+  for (const Case& c : kCases) {
+    ScanMaker maker;
+    std::mt19937 random(1);
+    std::vector<LaserScan> scans;
+    for (int k = 0; k < 50; ++k) scans.push_back(maker.scan(c.make(random, k), random));
+    SegmentExtractor extractor;
+    SegmentTracker tracker;
+    std::vector<double> extraction(scans.size(), 1e9), tracking(scans.size(), 1e9);
+    double lines = 0;
+    for (int repeat = 0; repeat < 100; ++repeat) {
+      for (std::size_t k = 0; k < scans.size(); ++k) {
+        const double start = microseconds();
+        const Segments out = extractor.extract(scans[k]);
+        extraction[k] = std::min(extraction[k], microseconds() - start);
+        lines += static_cast<double>(out.segments.size());
+        std::vector<NoiseFloor> floors(out.segments.size());
+        for (int seen = 0; seen < 3; ++seen) {
+          const double begin = microseconds();
+          const Timestamp stamp =
+              Timestamp::from_seconds(repeat * 100 + 1.0 * double(k) + 0.1 * seen);
+          tracker.update(out.segments, floors, stamp, SE3::planar(0.01, 0, 0.001),
+                         1e-5 * Matrix6d::Identity());
+          tracking[k] = std::min(tracking[k], microseconds() - begin);
+        }
+      }
+    }
+    std::printf(
+        "%-24s 1081 beams, %.1f lines: extraction %.3f ms (worst scan %.3f), tracking %.3f ms\n",
+        c.name, lines / 100 / 50, 1e-3 * median(extraction),
+        1e-3 * *std::max_element(extraction.begin(), extraction.end()), 1e-3 * median(tracking));
+  }
+}
+
+}  // namespace
+
+int main() {
+  accuracy();
+  std::printf("\nleast of 100 repetitions a scan, median over 50 scans, one thread\n");
+  speed();
+}
