@@ -119,6 +119,10 @@ OdometryModel read_odometry_model(const YamlSection& section) {
 }
 }  // namespace
 
+SE3 forward_looking_camera() {
+  return {SO3(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5)), Eigen::Vector3d::Zero()};
+}
+
 Calibration parse_calibration(const std::string& text, const std::string& file) {
   const YamlSection root = YamlSection::parse(text, file);
   root.check_keys({"depth_camera", "stereo_camera", "lidar", "odometry"});

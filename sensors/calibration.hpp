@@ -55,6 +55,10 @@ struct Calibration {
   std::vector<std::string> remarks;  ///< what was defaulted, for `lamina info`
 };
 
+/// T_body_camera of an optical frame at the body's origin that looks along body x: what is assumed
+/// of a camera whose place nothing tells.
+SE3 forward_looking_camera();
+
 /// Reads calibration.yaml (docs/formats.md). Throws lamina::Error naming file, key, what was found
 /// and what was expected; an unknown key is an error that suggests the nearest.
 Calibration read_calibration(const std::filesystem::path& file);

@@ -26,13 +26,6 @@ namespace lamina {
 namespace {
 namespace obs = mrpt::obs;
 
-// x forward of MRPT's range cameras to the optical frame (z forward, x right, y down).
-SE3 T_forward_optical() {
-  Eigen::Matrix3d R;
-  R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  return {SO3::from_matrix(R), Eigen::Vector3d::Zero()};
-}
-
 SE3 to_se3(const mrpt::poses::CPose3D& pose) {
   const auto R = pose.getRotationMatrix();
   Eigen::Matrix3d rotation;
@@ -277,7 +270,7 @@ void RawlogRecording::convert_depth(const obs::CObservation3DRangeScan& in, Time
     skips_.add("no intrinsics");
     return;
   }
-  camera.T_body_camera = to_se3(in.sensorPose) * T_forward_optical();
+  camera.T_body_camera = to_se3(in.sensorPose) * forward_looking_camera();  // MRPT: x forward
   frame.camera = {camera, 1.0 / static_cast<double>(in.rangeUnits), DepthNoise::kinect(camera.fx)};
   frame.raw.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   for (int v = 0; v < height; ++v) {

@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include <lamina/sensors/recording.hpp>
+#include <lamina/sensors/recording_info.hpp>
 
 namespace lamina {
 namespace {
@@ -80,6 +81,15 @@ TEST(RealRecordings, PotholesHaveEightPairs) {
     RecordProperty("density_" + std::to_string(pairs), std::to_string(density));
   }
   EXPECT_EQ(pairs, 8);
+}
+
+TEST(RealRecordings, OpenNiFileGivesAllTwelveFrames) {
+  OPEN_OR_SKIP(recording, data_folder() + "/openni_kinect/recording.oni");
+  const RecordingInfo info = inspect(*recording);
+  EXPECT_EQ(info.streams.at("depth").count, 12);
+  EXPECT_TRUE(info.skipped.empty());
+  EXPECT_NEAR(info.depth->median_m, 2.78, 0.02);
+  EXPECT_NEAR(info.calibration.depth_camera->camera.fx, 575.8, 1.0);
 }
 
 TEST(RealRecordings, SenaLoopHas225ScansWithOdometry) {

@@ -1,0 +1,188 @@
+// Walks a recording and says what it holds.
+#include <lamina/sensors/recording_info.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace lamina {
+namespace {
+constexpr double kBin = 0.01;  // m, of the range histogram
+constexpr std::size_t kMostBins = 100000;
+constexpr double kGapFactor = 3;  // a gap is longer than this many median periods
+
+const char* stream_name(const Measurement& m) {
+  constexpr const char* kNames[] = {"depth",    "stereo", "scan",
+                                    "odometry", "cloud",  "accelerometer"};
+  static_assert(std::variant_size_v<Measurement> == std::size(kNames));
+  return kNames[m.index()];
+}
+
+// Counts ranges into centimetres: the median of a million pixels a frame without keeping them.
+class RangeStatistics {
+ public:
+  void add(double metres) {
+    ++info_.samples;
+    if (!(metres > 0) || !std::isfinite(metres)) {
+      ++info_.invalid;
+      return;
+    }
+    info_.least_m = valid() == 1 ? metres : std::min(info_.least_m, metres);
+    info_.largest_m = std::max(info_.largest_m, metres);
+    const auto bin = static_cast<std::size_t>(std::min(metres / kBin, kMostBins - 1.0));
+    if (bin >= bins_.size()) bins_.resize(bin + 1);
+    ++bins_[bin];
+  }
+  std::optional<RangeInfo> result() const {
+    if (info_.samples == 0) return std::nullopt;
+    RangeInfo info = info_;
+    std::int64_t below = 0;
+    for (std::size_t bin = 0; bin < bins_.size(); ++bin) {
+      below += bins_[bin];
+      if (2 * below >= valid()) {
+        info.median_m = (static_cast<double>(bin) + 0.5) * kBin;
+        break;
+      }
+    }
+    return info;
+  }
+
+ private:
+  std::int64_t valid() const { return info_.samples - info_.invalid; }
+  RangeInfo info_;
+  std::vector<std::int64_t> bins_;
+};
+
+StreamInfo summarise(const std::vector<Timestamp>& stamps) {
+  StreamInfo info;
+  info.count = static_cast<std::int64_t>(stamps.size());
+  info.first = stamps.front();
+  info.last = stamps.back();
+  std::vector<double> periods;
+  for (std::size_t i = 1; i < stamps.size(); ++i) periods.push_back(stamps[i] - stamps[i - 1]);
+  if (periods.empty()) return info;
+  info.longest_gap_s = *std::max_element(periods.begin(), periods.end());
+  std::vector<double> sorted = periods;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  info.median_period_s = *middle;
+  info.gaps = std::count_if(periods.begin(), periods.end(), [&](double period) {
+    return period > kGapFactor * info.median_period_s;
+  });
+  return info;
+}
+
+template <typename... Values>
+void print(std::string& text, const char* format, Values... values) {
+  char buffer[512];
+  std::snprintf(buffer, sizeof buffer, format, values...);
+  text += buffer;
+}
+
+void print_pose(std::string& text, const char* name, const SE3& pose) {
+  const Eigen::Vector3d& t = pose.translation();
+  const Eigen::Quaterniond q = pose.so3().quaternion();
+  print(text, "    %s: translation %.3f %.3f %.3f m, rotation xyzw %.4f %.4f %.4f %.4f\n", name,
+        t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+}
+
+void print_camera(std::string& text, const char* name, const CameraModel& c) {
+  print(text, "  %s: %d x %d, fx %.2f fy %.2f cx %.2f cy %.2f%s\n", name, c.width, c.height, c.fx,
+        c.fy, c.cx, c.cy, c.distortion ? ", distorted (frames are rectified)" : "");
+  print_pose(text, "T_body_camera", c.T_body_camera);
+}
+
+void print_calibration(std::string& text, const Calibration& calibration) {
+  text += "calibration\n";
+  if (const auto& depth = calibration.depth_camera) {
+    constexpr const char* kKinds[] = {"ideal", "kinect", "stereo"};
+    print_camera(text, "depth_camera", depth->camera);
+    print(text, "    model %s, %.6g raw units a metre, sigma at 3 m %.1f mm\n",
+          kKinds[static_cast<int>(depth->noise.kind)], depth->depth_scale,
+          1e3 * depth->noise.sigma_depth(3));
+  }
+  if (const auto& stereo = calibration.stereo_camera) {
+    print_camera(text, "stereo_camera", stereo->camera);
+    print(text, "    baseline %.4f m, disparity sigma %.3f px\n", stereo->baseline,
+          stereo->disparity_sigma);
+  }
+  if (const auto& lidar = calibration.lidar) {
+    print(text, "  lidar: range sigma %.3f m\n", lidar->noise.range_sigma);
+    print_pose(text, "T_body_lidar", lidar->T_body_lidar);
+  }
+  print(text, "  odometry: sigma %.3f m, %.3f rad per sqrt(m), %s%s\n",
+        calibration.odometry.sigma_translation, calibration.odometry.sigma_rotation,
+        calibration.odometry.planar ? "planar" : "free",
+        calibration.odometry_given ? "" : " (defaults)");
+}
+
+void print_ranges(std::string& text, const char* name, const std::optional<RangeInfo>& info) {
+  if (!info) return;
+  print(text, "%s %.2f to %.2f m, median %.2f m, %.1f %% without measurement\n", name,
+        info->least_m, info->largest_m, info->median_m, 100 * info->invalid_share());
+}
+}  // namespace
+
+RecordingInfo inspect(Recording& recording) {
+  RecordingInfo info;
+  std::map<std::string, std::vector<Timestamp>> stamps;
+  RangeStatistics depth, scan;
+  std::optional<SE3> last_pose;
+  while (const auto measurement = recording.next()) {
+    const Timestamp stamp = stamp_of(*measurement);
+    stamps[stream_name(*measurement)].push_back(stamp);
+    if (!info.first) info.first = stamp;
+    info.last = stamp;
+    if (const auto* frame = std::get_if<DepthFrame>(&*measurement)) {
+      for (const std::uint16_t raw : frame->raw) depth.add(raw / frame->camera.depth_scale);
+    } else if (const auto* beams = std::get_if<LaserScan>(&*measurement)) {
+      for (std::size_t i = 0; i < beams->size(); ++i) {
+        scan.add(beams->valid(i) ? static_cast<double>(beams->ranges[i]) : 0);
+      }
+    } else if (const auto* odometry = std::get_if<Odometry>(&*measurement)) {
+      info.interpolated_odometry += odometry->interpolated ? 1 : 0;
+      const SE3& pose = odometry->T_odom_body;
+      if (last_pose) {
+        info.odometry_path_m += (pose.translation() - last_pose->translation()).norm();
+      }
+      last_pose = pose;
+    }
+  }
+  for (const auto& [name, list] : stamps) info.streams[name] = summarise(list);
+  info.depth = depth.result();
+  info.scan = scan.result();
+  info.calibration = recording.calibration();
+  info.skipped = recording.skipped();
+  info.remarks = recording.remarks();
+  return info;
+}
+
+std::string to_text(const RecordingInfo& info) {
+  std::string text;
+  if (info.first) {
+    print(text, "span      %s to %s (%.3f s)\n", info.first->to_string().c_str(),
+          info.last->to_string().c_str(), *info.last - *info.first);
+  } else {
+    text += "span      empty\n";
+  }
+  for (const auto& [name, stream] : info.streams) {
+    print(text, "stream    %-13s %7lld at %.2f Hz, %lld gaps, longest %.3f s\n", name.c_str(),
+          static_cast<long long>(stream.count), stream.rate_hz(),
+          static_cast<long long>(stream.gaps), stream.longest_gap_s);
+  }
+  print_ranges(text, "depth    ", info.depth);
+  print_ranges(text, "scans    ", info.scan);
+  if (info.streams.count("odometry") > 0) {
+    print(text, "odometry  path %.2f m, %lld of the poses interpolated to sensor times\n",
+          info.odometry_path_m, static_cast<long long>(info.interpolated_odometry));
+  }
+  print_calibration(text, info.calibration);
+  for (const auto& [why, count] : info.skipped) {
+    print(text, "skipped   %lld x %s\n", static_cast<long long>(count), why.c_str());
+  }
+  if (info.skipped.empty()) text += "skipped   nothing\n";
+  for (const std::string& remark : info.remarks) text += "remark    " + remark + "\n";
+  return text;
+}
+
+}  // namespace lamina
