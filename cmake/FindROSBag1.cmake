@@ -1,0 +1,32 @@
+# Debian's ROS 1 bag library: ROSBag1::rosbag. Its own .pc and CMake files name packages that Debian
+# does not have, and its headers lie in folders of their own.
+include(FindPackageHandleStandardArgs)
+find_path(ROSBag1_INCLUDE_DIR rosbag/bag.h)
+find_path(ROSBag1_TF2_INCLUDE_DIR tf2_msgs/TFMessage.h)
+find_path(ROSBag1_NAV_INCLUDE_DIR nav_msgs/Odometry.h)
+find_path(ROSBag1_SENSOR_INCLUDE_DIR sensor_msgs/LaserScan.h)
+set(ROSBag1_INCLUDE_DIRS ${ROSBag1_INCLUDE_DIR})
+foreach(package pluginlib class_loader rcutils rcpputils ament_index_cpp)
+  find_path(ROSBag1_${package}_INCLUDE_DIR ${package} PATHS /usr/include/${package} NO_DEFAULT_PATH)
+  mark_as_advanced(ROSBag1_${package}_INCLUDE_DIR)
+  if(ROSBag1_${package}_INCLUDE_DIR)
+    list(APPEND ROSBag1_INCLUDE_DIRS ${ROSBag1_${package}_INCLUDE_DIR})
+  endif()
+endforeach()
+set(ROSBag1_LIBRARIES)
+set(_required ROSBag1_INCLUDE_DIR ROSBag1_TF2_INCLUDE_DIR ROSBag1_NAV_INCLUDE_DIR ROSBag1_SENSOR_INCLUDE_DIR)
+foreach(library rosbag_storage rostime roscpp_serialization cpp_common console_bridge)
+  find_library(ROSBag1_${library}_LIBRARY ${library})
+  mark_as_advanced(ROSBag1_${library}_LIBRARY)
+  list(APPEND _required ROSBag1_${library}_LIBRARY)
+  list(APPEND ROSBag1_LIBRARIES ${ROSBag1_${library}_LIBRARY})
+endforeach()
+find_package_handle_standard_args(ROSBag1 REQUIRED_VARS ${_required})
+mark_as_advanced(${_required})
+if(ROSBag1_FOUND AND NOT TARGET ROSBag1::rosbag)
+  add_library(ROSBag1::rosbag INTERFACE IMPORTED)
+  set_target_properties(ROSBag1::rosbag PROPERTIES
+    INTERFACE_INCLUDE_DIRECTORIES "${ROSBag1_INCLUDE_DIRS}"
+    INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${ROSBag1_INCLUDE_DIRS}"
+    INTERFACE_LINK_LIBRARIES "${ROSBag1_LIBRARIES}")
+endif()

@@ -1,0 +1,331 @@
+// ROS 1 bags as a recording.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <set>
+
+#include <lamina/models/error.hpp>
+#include <lamina/sensors/odometry_track.hpp>
+#include <lamina/sensors/recording_sources.hpp>
+#include <lamina/sensors/rectify.hpp>
+#include <lamina/sensors/reorder_buffer.hpp>
+#include <lamina/sensors/rosbag_source.hpp>
+#include <lamina/sensors/skip_counts.hpp>
+#include <lamina/sensors/transform_tree.hpp>
+
+namespace lamina {
+namespace {
+constexpr double kRawPerMetre = 1000;  // [REP118]: 16UC1 is millimetres
+
+std::string frame_name(const std::string& name) {
+  return !name.empty() && name.front() == '/' ? name.substr(1) : name;
+}
+
+std::string folder_of(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
+
+std::optional<SE3> to_se3(const bag::PlainPose& p) {
+  const Eigen::Quaterniond q(p[6], p[3], p[4], p[5]);
+  const Eigen::Vector3d t(p[0], p[1], p[2]);
+  if (!(std::abs(q.norm() - 1) < 0.1) || !t.allFinite()) return std::nullopt;
+  return SE3(SO3(q), t);
+}
+
+// Frames that move against the body: no mounting may be read through them.
+bool is_world(const std::string& frame) {
+  return frame == "map" || frame == "world" || frame == "odom" ||
+         (frame.size() > 5 && frame.substr(frame.size() - 5) == "/odom");
+}
+
+class BagRecording final : public Recording {
+ public:
+  BagRecording(const std::filesystem::path& file, const RecordingOptions& options)
+      : name_(file.string()), options_(options), source_(open(name_)) {
+    if (options.calibration) calibration_ = read_calibration(*options.calibration);
+    choose_topics();
+    read_small_messages();
+    std::vector<std::string> frames;
+    for (const char* role : {"scan", "depth", "imu"}) {
+      if (chosen_.count(role) > 0) frames.push_back(chosen_[role]);
+    }
+    source_->select(frames);
+  }
+
+  std::optional<Measurement> next() override {
+    while (true) {
+      if (auto measurement = buffer_.pop()) return measurement;
+      if (done_) return std::nullopt;
+      bag::Message message;
+      switch (source_->next(message)) {
+        case bag::Source::Status::kEnd:
+          done_ = true;
+          buffer_.finish();
+          break;
+        case bag::Source::Status::kDamaged:
+          skips_.add("damaged message");
+          break;
+        case bag::Source::Status::kWrongFormat:
+          skips_.add(kSkipWrongFormat);
+          break;
+        case bag::Source::Status::kMessage:
+          convert(message);
+          break;
+      }
+    }
+  }
+  const Calibration& calibration() const override { return calibration_; }
+  std::map<std::string, std::int64_t> skipped() const override { return skips_.counts(); }
+  std::vector<std::string> remarks() const override { return remarks_; }
+  std::optional<std::int64_t> size_hint() const override { return expected_; }
+
+ private:
+  static std::unique_ptr<bag::Source> open(const std::string& name) {
+    try {
+      return std::make_unique<bag::Source>(name);
+    } catch (const std::runtime_error& error) {
+      const std::string why = error.what();
+      throw input_error(name, "", "no readable bag (" + why.substr(0, why.find('\n')) + ")",
+                        "a ROS 1 bag, version 2.0, indexed");
+    }
+  }
+  void choose_topics();
+  void choose(const char* role, std::vector<bag::Topic> candidates);
+  bool holds_depth(const std::string& topic);
+  void read_small_messages();
+  void choose_body_frame();
+  void convert(bag::Message& message);
+  void convert_scan(bag::Message& message, Timestamp stamp);
+  void convert_depth(bag::Message& message, Timestamp stamp);
+  void push_frame(Measurement frame);
+  std::optional<SE3> T_body(const std::string& frame);
+  const bag::Message* camera_info(const bag::Message& image) const;
+
+  std::string name_;
+  RecordingOptions options_;
+  std::unique_ptr<bag::Source> source_;
+  Calibration calibration_;
+  std::map<std::string, std::string> chosen_;  // role -> topic
+  std::map<std::string, bag::Message> infos_;  // topic -> first CameraInfo
+  TransformTree tree_;
+  std::string body_frame_;
+  OdometryTrack track_;
+  std::set<Timestamp> odometry_given_;
+  std::optional<Rectifier> rectifier_;
+  ReorderBuffer buffer_;
+  SkipCounts skips_;
+  std::vector<std::string> remarks_;
+  std::set<std::string> unplaced_;
+  std::int64_t expected_ = 0;
+  bool done_ = false;
+};
+
+// The topic named by the settings, else the one with the most messages; the others are counted.
+void BagRecording::choose(const char* role, std::vector<bag::Topic> candidates) {
+  const auto wanted = options_.topics.find(role);
+  if (wanted != options_.topics.end()) {
+    const bool there = std::any_of(candidates.begin(), candidates.end(),
+                                   [&](const auto& topic) { return topic.name == wanted->second; });
+    if (!there) {
+      std::string names;
+      for (const auto& topic : candidates) names += (names.empty() ? "" : ", ") + topic.name;
+      throw input_error(name_, "topic " + wanted->second, "no such topic for " + std::string(role),
+                        names.empty() ? "a topic of that kind" : "one of " + names);
+    }
+    std::erase_if(candidates, [&](const auto& topic) { return topic.name != wanted->second; });
+  }
+  if (candidates.empty()) return;
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const auto& a, const auto& b) { return a.count > b.count; });
+  chosen_[role] = candidates.front().name;
+  remarks_.push_back(std::string(role) + ": topic " + candidates.front().name);
+  for (std::size_t i = 1; i < candidates.size(); ++i) {
+    skips_.add("topic not used: " + candidates[i].name, candidates[i].count);
+  }
+}
+
+bool BagRecording::holds_depth(const std::string& topic) {
+  source_->select({topic});
+  bag::Message message;
+  return source_->next(message) == bag::Source::Status::kMessage &&
+         message.kind == bag::Kind::kDepth;
+}
+
+void BagRecording::choose_topics() {
+  std::map<std::string, std::vector<bag::Topic>> by_role;
+  for (const bag::Topic& topic : source_->topics()) {
+    if (topic.type == "sensor_msgs/LaserScan") by_role["scan"].push_back(topic);
+    if (topic.type == "nav_msgs/Odometry") by_role["odom"].push_back(topic);
+    if (topic.type == "sensor_msgs/Imu") by_role["imu"].push_back(topic);
+    if (topic.type == "sensor_msgs/Image" && holds_depth(topic.name)) {
+      by_role["depth"].push_back(topic);
+    }
+  }
+  for (const char* role : {"scan", "depth", "odom", "imu"}) choose(role, by_role[role]);
+  if (chosen_.count("scan") + chosen_.count("depth") == 0) {
+    throw input_error(name_, "", "no topic of scans or depth images",
+                      "sensor_msgs/LaserScan or sensor_msgs/Image (16UC1, 32FC1)");
+  }
+  for (const char* role : {"scan", "depth"}) {
+    for (const bag::Topic& topic : by_role[role]) {
+      if (topic.name == chosen_[role]) expected_ += topic.count;
+    }
+  }
+}
+
+// Odometry, transforms and camera information come in full before the frames do.
+void BagRecording::read_small_messages() {
+  std::vector<std::string> topics;
+  for (const bag::Topic& topic : source_->topics()) {
+    const bool transforms = topic.type == "tf2_msgs/TFMessage" || topic.type == "tf/tfMessage";
+    if (transforms || topic.type == "sensor_msgs/CameraInfo" || topic.name == chosen_["odom"]) {
+      topics.push_back(topic.name);
+    }
+  }
+  std::vector<Odometry> samples, from_tf;
+  std::vector<bag::Message> moving;
+  if (!topics.empty()) source_->select(topics);
+  bag::Message m;
+  for (auto status = bag::Source::Status::kMessage; !topics.empty();) {
+    status = source_->next(m);
+    if (status == bag::Source::Status::kEnd) break;
+    if (status != bag::Source::Status::kMessage) continue;
+    if (m.kind == bag::Kind::kCameraInfo) infos_.emplace(m.topic, m);
+    const Timestamp stamp = Timestamp::from_nanoseconds(m.stamp_ns);
+    if (m.kind != bag::Kind::kOdometry && m.kind != bag::Kind::kTransform) continue;
+    const auto pose = to_se3(m.pose);
+    const std::string parent = frame_name(m.frame), child = frame_name(m.child_frame);
+    if (!pose) {
+      skips_.add("pose that is no rigid motion");
+    } else if (m.kind == bag::Kind::kOdometry) {
+      samples.push_back({stamp, *pose});
+      body_frame_ = child;
+    } else if (parent == "odom") {
+      from_tf.push_back({stamp, *pose});
+      if (chosen_.count("odom") == 0) body_frame_ = child;
+    } else if (!is_world(parent) && !is_world(child)) {
+      if (m.topic == "/tf_static") tree_.add(parent, child, *pose);
+      if (m.topic != "/tf_static") moving.push_back(m);
+    }
+  }
+  for (const bag::Message& t : moving) {  // only where nothing static says otherwise
+    tree_.add(frame_name(t.frame), frame_name(t.child_frame), *to_se3(t.pose));
+  }
+  if (samples.empty() && !from_tf.empty()) {
+    samples = from_tf;
+    remarks_.push_back("odom: transforms from frame odom");
+  }
+  track_ = OdometryTrack(samples);
+  skips_.add(kSkipTimeBack, static_cast<std::int64_t>(track_.dropped()));
+  choose_body_frame();
+}
+
+void BagRecording::choose_body_frame() {
+  for (const char* frame : {"base_footprint", "base_link"}) {
+    if (body_frame_.empty() && tree_.has(frame)) body_frame_ = frame;
+  }
+  remarks_.push_back(body_frame_.empty() ? "no body frame: sensors at the body's origin"
+                                         : "body frame: " + body_frame_);
+}
+
+std::optional<SE3> BagRecording::T_body(const std::string& frame) {
+  if (const auto pose = tree_.lookup(body_frame_, frame_name(frame))) return pose;
+  if (unplaced_.insert(frame).second) {
+    remarks_.push_back("no transform to frame '" + frame + "': the body's origin is assumed");
+  }
+  return std::nullopt;
+}
+
+void BagRecording::push_frame(Measurement frame) {
+  const Timestamp stamp = stamp_of(frame);
+  if (odometry_given_.insert(stamp).second) {
+    if (const auto odometry = track_.at(stamp)) buffer_.push(*odometry);
+  }
+  if (!buffer_.push(std::move(frame))) skips_.add(kSkipTimeBack);
+}
+
+void BagRecording::convert(bag::Message& message) {
+  const Timestamp stamp = Timestamp::from_nanoseconds(message.stamp_ns);
+  if (message.kind == bag::Kind::kScan) convert_scan(message, stamp);
+  if (message.kind == bag::Kind::kDepth) convert_depth(message, stamp);
+  if (message.kind == bag::Kind::kImu) {
+    const auto& a = message.acceleration;
+    Accelerometer sample{stamp, {a[0], a[1], a[2]}};
+    if (const auto pose = T_body(message.frame)) {
+      sample.acceleration_body = pose->so3() * sample.acceleration_body;
+    }
+    if (!buffer_.push(sample)) skips_.add(kSkipTimeBack);
+  }
+}
+
+void BagRecording::convert_scan(bag::Message& message, Timestamp stamp) {
+  if (message.ranges.size() < 2 || !std::isfinite(message.angle_min) ||
+      !std::isfinite(message.angle_increment) || message.angle_increment == 0) {
+    skips_.add("empty scan");
+    return;
+  }
+  LaserScan scan;
+  scan.stamp = stamp;
+  scan.angle_min = static_cast<double>(message.angle_min);
+  scan.angle_increment = static_cast<double>(message.angle_increment);
+  scan.range_min = std::isfinite(message.range_min) ? static_cast<double>(message.range_min) : 0;
+  scan.range_max = std::isfinite(message.range_max) ? static_cast<double>(message.range_max) : 0;
+  scan.ranges = std::move(message.ranges);
+  if (!calibration_.lidar) {
+    calibration_.lidar = LidarModel();
+    calibration_.lidar->T_body_lidar = T_body(message.frame).value_or(SE3());
+  }
+  scan.lidar = *calibration_.lidar;
+  push_frame(std::move(scan));
+}
+
+const bag::Message* BagRecording::camera_info(const bag::Message& image) const {
+  const auto wanted = options_.topics.find("camera_info");
+  const std::string name =
+      wanted != options_.topics.end() ? wanted->second : folder_of(image.topic) + "/camera_info";
+  if (const auto it = infos_.find(name); it != infos_.end()) return &it->second;
+  for (const auto& [topic, info] : infos_) {
+    if (info.width == image.width && info.height == image.height) return &info;
+  }
+  return nullptr;
+}
+
+void BagRecording::convert_depth(bag::Message& message, Timestamp stamp) {
+  if (!calibration_.depth_camera) {
+    const bag::Message* info = camera_info(message);
+    if (!info || !(info->intrinsics[0] > 0) || !(info->intrinsics[1] > 0)) {
+      throw input_error(name_, "topic " + message.topic, "no camera information",
+                        "a sensor_msgs/CameraInfo beside it, or a calibration file");
+    }
+    CameraModel camera;
+    camera.width = message.width;
+    camera.height = message.height;
+    camera.fx = info->intrinsics[0];
+    camera.fy = info->intrinsics[1];
+    camera.cx = info->intrinsics[2];
+    camera.cy = info->intrinsics[3];
+    const auto& d = info->distortion;
+    const bool rectified = message.topic.find("rect") != std::string::npos;
+    if (!rectified && d.size() >= 5 && info->distortion_model == "plumb_bob" &&
+        std::any_of(d.begin(), d.end(), [](double x) { return x != 0; })) {
+      camera.distortion = {d[0], d[1], d[2], d[3], d[4]};
+    }
+    camera.T_body_camera = T_body(message.frame).value_or(forward_looking_camera());
+    calibration_.depth_camera = {camera, kRawPerMetre, DepthNoise::kinect(camera.fx)};
+  }
+  DepthCamera& camera = *calibration_.depth_camera;
+  if (message.width != camera.camera.width || message.height != camera.camera.height) {
+    skips_.add(kSkipWrongSize);
+    return;
+  }
+  camera.depth_scale = kRawPerMetre;
+  if (!rectifier_) rectifier_.emplace(camera.camera);
+  DepthFrame frame{stamp, camera, rectifier_->depth(message.depth)};
+  frame.camera.camera.distortion.reset();
+  push_frame(std::move(frame));
+}
+}  // namespace
+
+std::unique_ptr<Recording> open_rosbag(const std::filesystem::path& file,
+                                       const RecordingOptions& options) {
+  return std::make_unique<BagRecording>(file, options);
+}
+
+}  // namespace lamina
