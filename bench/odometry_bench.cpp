@@ -1,17 +1,20 @@
 // Accuracy and speed of scan odometry, loop closing and depth odometry on recordings.
-//   odometry_bench scans FILE.log [TRUTH.txt] [PICTURE.png]
+//   odometry_bench scans RECORDING [TRUTH.txt|-] [PICTURE]
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
+#include <Eigen/Cholesky>
 #include <chrono>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
-#include <sstream>
+#include <string>
 
+#include <lamina/frontend/odometry/loop_closer.hpp>
 #include <lamina/frontend/odometry/scan_odometry.hpp>
 #include <lamina/models/trajectory.hpp>
+#include <lamina/sensors/odometry_track.hpp>
+#include <lamina/sensors/recording.hpp>
 
 using namespace lamina;
 
@@ -20,71 +23,29 @@ namespace {
 struct Item {
   LaserScan scan;
   SE3 T_odom_body;
+  OdometryModel odometry;
 };
 
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-std::vector<Item> read_log(const char* file) {
-  std::ifstream in(file);
-  std::vector<Item> items;
-  Trajectory odometry;
+std::vector<Item> read_scans(const std::string& input) {
+  const auto recording = open_recording(input);
   std::vector<LaserScan> scans;
-  for (std::string line; std::getline(in, line);) {
-    std::istringstream s(line);
-    std::string kind;
-    s >> kind;
-    if (kind == "ODOM") {
-      double x, y, th, tv, rv, a, t;
-      s >> x >> y >> th >> tv >> rv >> a >> t;
-      odometry.add(Timestamp::from_seconds(t), SE3::planar(x, y, th));
-    } else if (kind == "FLASER") {
-      LaserScan scan;
-      int n;
-      s >> n;
-      scan.ranges.resize(static_cast<std::size_t>(n));
-      for (float& r : scan.ranges) s >> r;
-      scan.angle_min = -M_PI / 2;
-      scan.angle_increment = M_PI / (n % 2 ? n - 1 : n);
-      scan.range_max = 50;
-      double skip, t;
-      for (int i = 0; i < 6; ++i) s >> skip;
-      s >> t;
-      scan.stamp = Timestamp::from_seconds(t);
-      scans.push_back(scan);
-    } else if (kind == "ROBOTLASER1") {
-      LaserScan scan;
-      double type, fov, accuracy, remission, skip;
-      int n, m;
-      s >> type >> scan.angle_min >> fov >> scan.angle_increment >> scan.range_max >> accuracy >>
-          remission >> n;
-      scan.ranges.resize(static_cast<std::size_t>(n));
-      for (float& r : scan.ranges) s >> r;
-      s >> m;
-      for (int i = 0; i < m; ++i) s >> skip;
-      double lx, ly, lt, x, y, th, t;
-      s >> lx >> ly >> lt >> x >> y >> th;
-      for (int i = 0; i < 5; ++i) s >> skip;
-      s >> t;
-      scan.lidar.T_body_lidar = SE3::planar(x, y, th).inverse() * SE3::planar(lx, ly, lt);
-      scan.stamp = Timestamp::from_seconds(t);
-      scans.push_back(scan);
+  std::vector<Odometry> odometry;
+  while (const auto m = recording->next()) {
+    if (const auto* scan = std::get_if<LaserScan>(&*m)) scans.push_back(*scan);
+    if (const auto* o = std::get_if<Odometry>(&*m)) odometry.push_back(*o);
+  }
+  const OdometryTrack track(odometry);
+  std::vector<Item> items;
+  for (const LaserScan& scan : scans) {
+    if (const auto o = track.at(scan.stamp)) {
+      items.push_back({scan, o->T_odom_body, recording->calibration().odometry});
     }
   }
-  for (const LaserScan& scan : scans) {
-    if (const auto T = odometry.at(scan.stamp)) items.push_back({scan, *T});
-  }
   return items;
-}
-
-Matrix6d wheel_covariance(const SE3& T) {
-  const double d = T.translation().norm(), a = T.so3().log().norm();
-  const double st = 0.02 * std::sqrt(d) + 0.001;
-  const double sr = 0.02 * std::sqrt(d) + 0.05 * std::sqrt(a) + 0.0005;
-  Vector6d v;
-  v << st * st, st * st, 1e-6, 1e-6, 1e-6, sr * sr;
-  return v.asDiagonal();
 }
 
 void print_ate(const char* what, const Trajectory& estimate, const Trajectory& truth) {
@@ -146,49 +107,91 @@ void draw(const char* file, const std::vector<Item>& items, const Trajectory& po
   cv::imwrite(file, image);
 }
 
-int scans(int argc, char** argv) {
-  const auto items = read_log(argv[2]);
-  std::printf("%zu scans\n", items.size());
-  Trajectory truth, wheels, odometry, no_wheels;
-  if (argc > 3) truth = Trajectory::read_tum(std::filesystem::path(argv[3]));
-  for (const bool use_wheels : {true, false}) {
-    ScanOdometry matcher;
-    SE3 T;
-    int degenerate = 0, lost = 0, searched = 0;
-    Trajectory& out = use_wheels ? odometry : no_wheels;
-    const double start = seconds_now();
-    double matched = 0, iterations = 0;
-    for (std::size_t i = 0; i < items.size(); ++i) {
-      std::optional<MotionGuess> guess;
-      if (use_wheels && i > 0) {
-        const SE3 d = items[i - 1].T_odom_body.inverse() * items[i].T_odom_body;
-        guess = MotionGuess{d, wheel_covariance(d)};
-      }
-      const ScanMotion m = matcher.process(items[i].scan, guess);
-      T = T * m.T_prev_curr_body;
-      degenerate += m.status == ScanMotion::Status::kDegenerate;
-      if (m.status == ScanMotion::Status::kPredicted) {
-        ++lost;
-        if (lost < 10)
-          std::printf("lost at %zu matched %.2f unknown %d\n", i, m.matched, m.unknown_directions);
-      }
-      searched += m.searched;
-      matched += m.matched;
-      iterations += m.iterations;
-      out.add(items[i].scan.stamp, T);
-      if (use_wheels) wheels.add(items[i].scan.stamp, items[i].T_odom_body);
+struct Run {
+  Trajectory odometry, corrected;
+};
+
+Run run_scans(const std::vector<Item>& items, bool use_wheels, const Trajectory& truth) {
+  Run run;
+  ScanOdometry matcher;
+  LoopCloser closer;
+  SE3 T;
+  int degenerate = 0, lost = 0, searched = 0;
+  double odometry_s = 0, loop_s = 0, matched = 0;
+  std::vector<LoopClosure> loops;
+  const auto keep = [&](std::vector<LoopClosure> more) {
+    loops.insert(loops.end(), more.begin(), more.end());
+  };
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    std::optional<MotionGuess> guess;
+    if (use_wheels && i > 0) {
+      const SE3 d = items[i - 1].T_odom_body.inverse() * items[i].T_odom_body;
+      guess = MotionGuess{d, increment_covariance(items[i].odometry, d)};
     }
-    const double n = static_cast<double>(items.size());
-    std::printf(
-        "%s: %.2f s, %.3f ms a scan; degenerate %d lost %d searched %d matched %.3f iterations "
-        "%.1f\n",
-        use_wheels ? "with wheels" : "scans alone", seconds_now() - start,
-        1e3 * (seconds_now() - start) / n, degenerate, lost, searched, matched / n, iterations / n);
+    const double t0 = seconds_now();
+    const ScanMotion m = matcher.process(items[i].scan, guess);
+    const double t1 = seconds_now();
+    keep(closer.add(items[i].scan, m));
+    odometry_s += t1 - t0;
+    loop_s += seconds_now() - t1;
+    T = T * m.T_prev_curr_body;
+    degenerate += m.status == ScanMotion::Status::kDegenerate;
+    lost += m.status == ScanMotion::Status::kPredicted;
+    searched += m.searched;
+    matched += m.matched;
+    run.odometry.add(items[i].scan.stamp, T);
   }
+  const double t0 = seconds_now();
+  keep(closer.finish());
+  loop_s += seconds_now() - t0;
+  run.corrected = closer.corrected();
+  const LoopCloser::Counts& c = closer.counts();
+  std::printf("%s: odometry %.2f s (%.3f ms a scan), loops %.2f s\n",
+              use_wheels ? "with wheels" : "scans alone", odometry_s,
+              1e3 * odometry_s / static_cast<double>(items.size()), loop_s);
+  std::printf("  degenerate %d, predicted %d, searched %d, matched %.3f\n", degenerate, lost, searched,
+              matched / static_cast<double>(items.size()));
+  std::printf("  submaps %d, tried %d, found %d, ambiguous %d, unmatched %d, open %d, "
+              "contradicted %d, inconsistent %d, accepted %d\n",
+              c.submaps, c.tried, c.found, c.ambiguous, c.unmatched, c.open_direction,
+              c.contradicted, c.inconsistent, c.accepted);
+  // Loops against the reference: how far off, and how far off in their own sigmas.
+  double sum_t = 0, max_t = 0, sum_chi = 0;
+  int n = 0;
+  for (const LoopClosure& l : loops) {
+    const auto a = truth.at(l.from, 0.5), b = truth.at(l.to, 0.5);
+    if (!a || !b) continue;
+    const SE3 e = (a->inverse() * *b).inverse() * l.T_from_to;
+    const double t = e.translation().norm();
+    const Vector6d d = e.log();
+    sum_t += t * t;
+    max_t = std::max(max_t, t);
+    sum_chi += d.dot(l.covariance.ldlt().solve(d));
+    ++n;
+  }
+  if (n > 0) {
+    std::printf("  loops against the reference: rms %.3f m, max %.3f m, chi2/3 %.2f over %d\n",
+                std::sqrt(sum_t / n), max_t, sum_chi / n / 3, n);
+  }
+  print_ate("  odometry", run.odometry, truth);
+  print_ate("  with loops", run.corrected, truth);
+  return run;
+}
+
+int scans(int argc, char** argv) {
+  const auto items = read_scans(argv[2]);
+  std::printf("%zu scans\n", items.size());
+  Trajectory truth, wheels;
+  if (argc > 3 && std::strcmp(argv[3], "-") != 0) truth = Trajectory::read_tum(std::filesystem::path(argv[3]));
+  for (const Item& item : items) wheels.add(item.scan.stamp, item.T_odom_body);
   print_ate("wheels", wheels, truth);
-  print_ate("scan odometry, wheels", odometry, truth);
-  print_ate("scan odometry, no wheels", no_wheels, truth);
-  if (argc > 4) draw(argv[4], items, odometry, 0.05);
+  const Run run = run_scans(items, true, truth);
+  run_scans(items, false, truth);
+  if (argc > 4) {
+    const std::string picture = argv[4];
+    draw((picture + "_odometry.png").c_str(), items, run.odometry, 0.05);
+    draw((picture + "_loops.png").c_str(), items, run.corrected, 0.05);
+  }
   return 0;
 }
 
@@ -196,6 +199,6 @@ int scans(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   if (argc > 2 && std::strcmp(argv[1], "scans") == 0) return scans(argc, argv);
-  std::printf("usage: odometry_bench scans FILE.log [TRUTH.txt] [PICTURE.png]\n");
+  std::printf("usage: odometry_bench scans RECORDING [TRUTH.txt|-] [PICTURE]\n");
   return 2;
 }

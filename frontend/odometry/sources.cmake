@@ -1,4 +1,5 @@
 # Motion from scans and depth images, and places met again.
 list(APPEND LAMINA_FRONTEND_SOURCES
   odometry/scan_points.cpp odometry/line_matcher.cpp odometry/likelihood_grid.cpp
-  odometry/scan_odometry.cpp)
+  odometry/scan_odometry.cpp odometry/planar_pose_graph.cpp odometry/submap.cpp
+  odometry/loop_closer.cpp)

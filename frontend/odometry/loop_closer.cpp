@@ -1,0 +1,285 @@
+// Submaps as they are completed, candidates by drift, matches by search, refinement and votes.
+#include <lamina/frontend/odometry/loop_closer.hpp>
+
+#include <Eigen/LU>
+#include <algorithm>
+
+namespace lamina {
+namespace {
+
+std::vector<Eigen::Vector2d> positions(const std::vector<OrientedPoint>& points) {
+  std::vector<Eigen::Vector2d> result;
+  result.reserve(points.size());
+  for (const OrientedPoint& p : points) result.push_back(p.point);
+  return result;
+}
+
+/// About `count` of the points, evenly spread.
+std::vector<Eigen::Vector2d> sample(const std::vector<OrientedPoint>& points, int count) {
+  std::vector<OrientedPoint> kept = points;
+  for (double cell = 0.1; static_cast<int>(kept.size()) > count && cell < 3; cell *= 1.4) {
+    kept = thinned(kept, cell);
+  }
+  return positions(kept);
+}
+
+Eigen::Vector3d difference(const PlanarPose& from, const PlanarPose& to) {
+  const PlanarPose d = from.inverse() * to;
+  return {d.x, d.y, d.yaw};
+}
+
+}  // namespace
+
+LoopCloser::LoopCloser(const LoopCloserOptions& options) : options_(options) {}
+
+void LoopCloser::start_submap(Timestamp stamp) {
+  const PlanarPose T_map_anchor =
+      submaps_.empty() ? PlanarPose{}
+                       : graph_.pose(static_cast<int>(submaps_.size()) - 1) * T_anchor_body_;
+  Submap submap;
+  submap.stamp = stamp;
+  submaps_.push_back(std::move(submap));
+  graph_.add_node(T_map_anchor);
+  T_anchor_body_ = {};
+  key_scans_ = 0;
+  ++counts_.submaps;
+}
+
+std::vector<LoopClosure> LoopCloser::add(const LaserScan& scan, const ScanMotion& motion) {
+  std::vector<LoopClosure> loops;
+  if (submaps_.empty()) {
+    start_submap(scan.stamp);
+  } else {
+    Submap& submap = submaps_.back();
+    const PlanarPose step = planar_part(motion.T_prev_curr_body);
+    const Eigen::Matrix3d Ad = step.inverse().adjoint();
+    submap.covariance =
+        Ad * submap.covariance * Ad.transpose() + planar_block(motion.covariance);
+    submap.travelled += std::hypot(step.x, step.y);
+    submap.turned += std::abs(step.yaw);
+    T_anchor_body_ = T_anchor_body_ * step;
+    if (submap.travelled > options_.submap_length || submap.turned > options_.submap_turn) {
+      loops = complete_submap();
+      start_submap(scan.stamp);
+      PlanarEdge edge;
+      edge.to = static_cast<int>(submaps_.size()) - 1;
+      edge.from = edge.to - 1;
+      const Submap& before = submaps_[static_cast<std::size_t>(edge.from)];
+      edge.T_from_to = before.T_anchor_end;
+      edge.information = before.covariance.inverse();
+      graph_.add_edge(edge);
+    }
+  }
+  const Submap& submap = submaps_.back();
+  scans_.push_back({scan.stamp, static_cast<int>(submaps_.size()) - 1, T_anchor_body_,
+                    submap.travelled + submap.turned});
+  extend_submap(scan);
+  return loops;
+}
+
+void LoopCloser::extend_submap(const LaserScan& scan) {
+  const Eigen::Vector3d d = difference(T_anchor_key_, T_anchor_body_);
+  if (key_scans_ > 0 && d.head<2>().norm() < options_.key_translation &&
+      std::abs(d.z()) < options_.key_rotation) {
+    return;
+  }
+  ScanPointOptions point_options;
+  point_options.max_range = options_.max_range;
+  const auto points = oriented_points(scan, point_options);
+  if (points.empty()) return;
+  Submap& submap = submaps_.back();
+  const auto moved = transformed(points, T_anchor_body_);
+  submap.points.insert(submap.points.end(), moved.begin(), moved.end());
+  submap.fans.push_back(sight_fan(points, scan.lidar.T_body_lidar.translation().head<2>(),
+                                  T_anchor_body_));
+  T_anchor_key_ = T_anchor_body_;
+  ++key_scans_;
+  submap.centre += (T_anchor_body_.translation() - submap.centre) / key_scans_;
+}
+
+std::vector<LoopClosure> LoopCloser::complete_submap() {
+  Submap& submap = submaps_.back();
+  submap.T_anchor_end = T_anchor_body_;
+  submap.points = thinned(submap.points, options_.thin_cell);
+  // A submap that came about in one place has had no step: its covariance must still invert.
+  submap.covariance.diagonal() += Eigen::Vector3d(1e-8, 1e-8, 1e-8);
+  return close(static_cast<int>(submaps_.size()) - 1);
+}
+
+std::vector<LoopCloser::Candidate> LoopCloser::candidates(int submap) const {
+  const Submap& q = submaps_[static_cast<std::size_t>(submap)];
+  const Eigen::Vector2d centre = graph_.pose(submap) * q.centre;
+  std::vector<int> olds;
+  for (int i = 0; i + options_.min_gap < submap; ++i) {
+    const Submap& old = submaps_[static_cast<std::size_t>(i)];
+    if (!old.retired && old.points.size() > 20) olds.push_back(i);
+  }
+  const auto covariances = graph_.relative_covariances(olds, submap);
+  std::vector<Candidate> all;
+  for (std::size_t k = 0; k < olds.size(); ++k) {
+    const Submap& old = submaps_[static_cast<std::size_t>(olds[k])];
+    const double distance = (graph_.pose(olds[k]) * old.centre - centre).norm();
+    const Eigen::Matrix3d& C = covariances[k];
+    const double sigma = std::sqrt(std::max(C(0, 0), C(1, 1)));
+    if (distance > options_.overlap_distance + options_.gate_sigmas * sigma) continue;
+    all.push_back({olds[k], graph_.pose(olds[k]).inverse() * graph_.pose(submap), C, distance});
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.distance < b.distance; });
+  // Neighbours along the way are one candidate.
+  std::vector<Candidate> kept;
+  for (const Candidate& c : all) {
+    const bool near = std::any_of(kept.begin(), kept.end(), [&](const Candidate& k) {
+      return std::abs(k.submap - c.submap) <= 2;
+    });
+    if (!near) kept.push_back(c);
+    if (static_cast<int>(kept.size()) == options_.max_candidates) break;
+  }
+  return kept;
+}
+
+const LoopCloser::OldMap& LoopCloser::old_map(int submap, int newer) {
+  for (const OldMap& map : cache_) {
+    if (map.submap == submap) return map;
+  }
+  OldMap map;
+  map.submap = submap;
+  std::vector<OrientedPoint> points;
+  for (int i = std::max(0, submap - 1); i <= submap + 1 && i + 1 < newer; ++i) {
+    const Submap& part = submaps_[static_cast<std::size_t>(i)];
+    const PlanarPose T = graph_.pose(submap).inverse() * graph_.pose(i);
+    const auto moved = transformed(part.points, T);
+    points.insert(points.end(), moved.begin(), moved.end());
+    for (SightFan fan : part.fans) {
+      fan.T_anchor_scanner = T * fan.T_anchor_scanner;
+      map.fans.push_back(std::move(fan));
+    }
+  }
+  points = thinned(points, options_.thin_cell);
+  map.grid = LikelihoodGrid(positions(points), options_.resolution, options_.resolution, 7);
+  map.points = PointMap(std::move(points));
+  cache_.push_back(std::move(map));
+  if (cache_.size() > 12) cache_.pop_front();
+  return cache_.back();
+}
+
+std::optional<PlanarEdge> LoopCloser::match(const Candidate& candidate, int submap, double& score) {
+  const Submap& q = submaps_[static_cast<std::size_t>(submap)];
+  const OldMap& old = old_map(candidate.submap, submap);
+  ++counts_.tried;
+  const Eigen::Matrix3d& C = candidate.covariance;
+  SearchWindow window;
+  window.translation =
+      std::clamp(options_.gate_sigmas * std::sqrt(std::max(C(0, 0), C(1, 1))), options_.min_window,
+                 options_.max_window);
+  window.rotation = std::clamp(options_.gate_sigmas * std::sqrt(C(2, 2)), options_.min_window_yaw,
+                               options_.max_window_yaw);
+  const auto points = sample(q.points, options_.search_points);
+  const auto best =
+      search_correlative(old.grid, points, candidate.T_old_new, window, options_.min_score);
+  if (!best) return std::nullopt;
+  ++counts_.found;
+  window.exclude = best->T_map_scan;
+  if (search_correlative(old.grid, points, candidate.T_old_new, window,
+                         options_.max_ambiguity * best->score)) {
+    ++counts_.ambiguous;
+    return std::nullopt;
+  }
+  LineMatchOptions fine;
+  fine.start_radius = 0.4;
+  const LineMatch refined = match_lines(old.points, q.points, best->T_map_scan, {}, fine);
+  if (refined.matched < options_.min_matched) {
+    ++counts_.unmatched;
+    return std::nullopt;
+  }
+  if (refined.unknown_directions > 0) {
+    ++counts_.open_direction;
+    return std::nullopt;
+  }
+  const PlanarPose& T = refined.T_map_scan;
+  const double ratio =
+      std::min(agreement(old.fans, q.points, T, options_.agreement_margin).ratio(),
+               agreement(q.fans, old.points.points(), T.inverse(), options_.agreement_margin).ratio());
+  if (ratio < options_.min_agreement) {
+    ++counts_.contradicted;
+    return std::nullopt;
+  }
+  score = refined.matched;
+  PlanarEdge edge{candidate.submap, submap, T, Eigen::Matrix3d::Zero(), true};
+  Eigen::Matrix3d R = refined.information.inverse();
+  R.diagonal() += Eigen::Vector3d(options_.sigma_translation, options_.sigma_translation,
+                                  options_.sigma_rotation)
+                      .cwiseAbs2();
+  edge.information = R.inverse();
+  const Eigen::Vector3d e = difference(candidate.T_old_new, T);
+  if (e.dot((C + R).inverse() * e) > options_.max_chi_squared) {
+    ++counts_.inconsistent;
+    return std::nullopt;
+  }
+  return edge;
+}
+
+bool LoopCloser::accept(const PlanarEdge& edge) {
+  const std::vector<PlanarPose> before = graph_.poses();
+  graph_.add_edge(edge);
+  graph_.optimise();
+  if (graph_.chi_squared(edge) <= options_.max_chi_squared) {
+    ++counts_.accepted;
+    return true;
+  }
+  graph_.remove_last_edge();
+  graph_.poses() = before;
+  ++counts_.inconsistent;
+  return false;
+}
+
+std::vector<LoopClosure> LoopCloser::close(int submap) {
+  std::vector<LoopClosure> loops;
+  if (submaps_[static_cast<std::size_t>(submap)].points.size() < 20) return loops;
+  for (const Candidate& candidate : candidates(submap)) {
+    double score = 0;
+    const auto edge = match(candidate, submap, score);
+    if (edge && accept(*edge)) loops.push_back(lifted_loop(*edge, score));
+  }
+  return loops;
+}
+
+LoopClosure LoopCloser::lifted_loop(const PlanarEdge& edge, double score) const {
+  LoopClosure loop;
+  loop.from = submaps_[static_cast<std::size_t>(edge.from)].stamp;
+  loop.to = submaps_[static_cast<std::size_t>(edge.to)].stamp;
+  loop.T_from_to = lifted(edge.T_from_to);
+  // Planar by assumption: the floor may rise a little between two visits.
+  loop.covariance.diagonal() << 0, 0, 0.05 * 0.05, 0.02 * 0.02, 0.02 * 0.02, 0;
+  set_planar_block(edge.information.inverse(), loop.covariance);
+  loop.score = score;
+  return loop;
+}
+
+std::vector<LoopClosure> LoopCloser::finish() {
+  if (submaps_.empty()) return {};
+  return complete_submap();
+}
+
+Trajectory LoopCloser::corrected() const {
+  Trajectory trajectory;
+  for (const ScanPose& s : scans_) {
+    const auto k = static_cast<std::size_t>(s.submap);
+    PlanarPose T = graph_.pose(s.submap) * s.T_anchor_body;
+    if (k + 1 < submaps_.size()) {
+      // What the graph changed between two anchors is spread over the way between them.
+      const Submap& submap = submaps_[k];
+      const PlanarPose end = graph_.pose(s.submap).inverse() * graph_.pose(s.submap + 1);
+      const double part = s.progress / std::max(1e-9, submap.travelled + submap.turned);
+      const Eigen::Vector3d change = difference(submap.T_anchor_end, end);
+      const PlanarPose rest = submap.T_anchor_end.inverse() * s.T_anchor_body;
+      // The correction at the end, seen from here, in part.
+      const PlanarPose moved = submap.T_anchor_end.boxplus(part * change) * rest;
+      T = graph_.pose(s.submap) * moved;
+    }
+    trajectory.add(s.stamp, lifted(T));
+  }
+  return trajectory;
+}
+
+}  // namespace lamina

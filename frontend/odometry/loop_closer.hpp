@@ -1,0 +1,111 @@
+// Places met again: submaps of scans matched against older submaps.
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include <lamina/frontend/odometry/likelihood_grid.hpp>
+#include <lamina/frontend/odometry/line_matcher.hpp>
+#include <lamina/frontend/odometry/planar_pose_graph.hpp>
+#include <lamina/frontend/odometry/scan_odometry.hpp>
+#include <lamina/frontend/odometry/submap.hpp>
+#include <lamina/models/trajectory.hpp>
+
+namespace lamina {
+
+struct LoopCloserOptions {
+  double submap_length = 3.0;      ///< m travelled: a submap sees enough to be told from others
+  double submap_turn = 4.0;        ///< rad turned in all, likewise (turning on the spot)
+  double key_translation = 0.25;   ///< m between the scans whose points a submap takes
+  double key_rotation = 0.2;       ///< rad, likewise
+  double thin_cell = 0.06;         ///< m; points of a submap nearer together add nothing
+  double max_range = 20;           ///< m from the scanner
+  int min_gap = 3;                 ///< submaps in between: neighbours overlap without a loop
+  int max_candidates = 3;          ///< older submaps tried for each new one: bounds the time
+  double overlap_distance = 6;     ///< m between centres at which submaps still share a view
+  double gate_sigmas = 3;          ///< search window and gate, in sigmas of the drift since then
+  double min_window = 0.4, max_window = 12;         ///< m
+  double min_window_yaw = 0.1, max_window_yaw = 1;  ///< rad
+  double resolution = 0.1;         ///< m a cell of the search grid
+  int search_points = 350;         ///< of the new submap, evenly thinned
+  double min_score = 0.45;         ///< mean likelihood of the search's best, 0 to 1
+  double max_ambiguity = 0.9;      ///< second best elsewhere / best: above, several places look so
+  double min_matched = 0.6;        ///< after refinement: points that lie on the older map's lines
+  double min_agreement = 0.85;     ///< views of points that do not contradict, both ways
+  double agreement_margin = 0.25;  ///< m
+  double max_chi_squared = 25;     ///< 3 dof, against the drift: beyond, the loop is not believed
+  double retire_matched = 0.92;    ///< a submap matched this well by an older one is not kept
+  /// A match between submaps is off by this at best (their own bend): m, rad, 1-sigma.
+  double sigma_translation = 0.02, sigma_rotation = 0.004;
+  bool closing_sweep = true;       ///< finish() looks once more between all near submaps
+};
+
+struct LoopClosure {
+  Timestamp from, to;  ///< `from` is the older
+  SE3 T_from_to;       ///< of the body
+  Matrix6d covariance = Matrix6d::Zero();  ///< right tangent (translation, rotation)
+  double score = 0;                        ///< fraction of points that match, 0 to 1
+};
+
+/// Takes each scan with its motion and gives loops when a submap has been completed. Old places are
+/// found by search_correlative() in a window as large as the drift since then, refused when a second
+/// place looks alike, refined by match_lines(), and refused when any direction stays open, when
+/// views contradict [SightFan], or when the graph of submaps cannot be reconciled.
+/// [Olson2009], [Hess2016]. Deterministic.
+class LoopCloser {
+ public:
+  explicit LoopCloser(const LoopCloserOptions& options = {});
+  std::vector<LoopClosure> add(const LaserScan& scan, const ScanMotion& motion);
+  /// Closes the last submap and looks once more everywhere.
+  std::vector<LoopClosure> finish();
+
+  /// T_map_body at every scan so far, by odometry and all loops; the first is the identity.
+  Trajectory corrected() const;
+  struct Counts {
+    int submaps = 0, tried = 0, found = 0, ambiguous = 0, unmatched = 0, open_direction = 0,
+        contradicted = 0, inconsistent = 0, accepted = 0;
+  };
+  const Counts& counts() const { return counts_; }
+
+ private:
+  struct ScanPose {
+    Timestamp stamp;
+    int submap;
+    PlanarPose T_anchor_body;
+    double progress;  ///< m and rad moved since the anchor: how much of its error has grown
+  };
+  struct Candidate {
+    int submap;
+    PlanarPose T_old_new;
+    Eigen::Matrix3d covariance;
+    double distance;
+  };
+  struct OldMap {
+    int submap = -1;
+    PointMap points;
+    LikelihoodGrid grid{{}, 0.1, 0.1, 1};
+    std::vector<SightFan> fans;
+  };
+
+  void start_submap(Timestamp stamp);
+  void extend_submap(const LaserScan& scan);
+  std::vector<LoopClosure> complete_submap();
+  std::vector<Candidate> candidates(int submap) const;
+  const OldMap& old_map(int submap, int newer);
+  std::optional<PlanarEdge> match(const Candidate& candidate, int submap, double& score);
+  bool accept(const PlanarEdge& edge);
+  std::vector<LoopClosure> close(int submap);
+  LoopClosure lifted_loop(const PlanarEdge& edge, double score) const;
+
+  LoopCloserOptions options_;
+  std::vector<Submap> submaps_;
+  PlanarPoseGraph graph_;
+  std::vector<ScanPose> scans_;
+  std::deque<OldMap> cache_;
+  PlanarPose T_anchor_body_, T_anchor_key_;
+  int key_scans_ = 0;
+  Counts counts_;
+};
+
+}  // namespace lamina

@@ -1,0 +1,54 @@
+// A small pose graph in the plane: what the loop closer believes while it looks for loops.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include <lamina/frontend/odometry/planar.hpp>
+
+namespace lamina {
+
+/// A measured relative pose; information in its right tangent (x, y, yaw).
+struct PlanarEdge {
+  int from = 0, to = 0;
+  PlanarPose T_from_to;
+  Eigen::Matrix3d information = Eigen::Matrix3d::Identity();
+  bool robust = false;  ///< a loop: weighed down when it contradicts the rest (Cauchy)
+};
+
+/// Gauss-Newton over planar poses; node 0 is fixed. Every node must hang on node 0 by edges.
+class PlanarPoseGraph {
+ public:
+  PlanarPoseGraph();
+  ~PlanarPoseGraph();
+  PlanarPoseGraph(PlanarPoseGraph&&) noexcept;
+  PlanarPoseGraph& operator=(PlanarPoseGraph&&) noexcept;
+
+  int add_node(const PlanarPose& T_map_node);
+  void add_edge(const PlanarEdge& edge) { edges_.push_back(edge); }
+  void remove_last_edge() { edges_.pop_back(); }
+
+  std::size_t size() const { return poses_.size(); }
+  const PlanarPose& pose(int node) const { return poses_[static_cast<std::size_t>(node)]; }
+  const std::vector<PlanarEdge>& edges() const { return edges_; }
+  std::vector<PlanarPose>& poses() { return poses_; }
+
+  /// At most `iterations` steps; true when the last moved nothing by more than 1e-5 (m, rad).
+  bool optimise(int iterations = 15);
+  /// Squared Mahalanobis length of an edge's residual (3 degrees of freedom).
+  double chi_squared(const PlanarEdge& edge) const;
+  /// Covariance of T_from_to in its right tangent, by the graph as it is (linearised now).
+  /// All `from` against one `to`: one factorisation for many questions.
+  std::vector<Eigen::Matrix3d> relative_covariances(const std::vector<int>& from, int to) const;
+
+ private:
+  struct Solver;
+  bool factorise(Eigen::VectorXd* gradient) const;
+
+  std::vector<PlanarPose> poses_;
+  std::vector<PlanarEdge> edges_;
+  mutable std::unique_ptr<Solver> solver_;
+};
+
+}  // namespace lamina
