@@ -1,11 +1,11 @@
 // Accuracy and speed of scan odometry, loop closing and depth odometry on recordings.
 //   odometry_bench scans RECORDING [TRUTH.txt|-] [PICTURE]
+#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
-#include <Eigen/Cholesky>
-#include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <ctime>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <string>
@@ -26,8 +26,11 @@ struct Item {
   OdometryModel odometry;
 };
 
+/// CPU time of this thread: others may be using the machine.
 double seconds_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
 std::vector<Item> read_scans(const std::string& input) {
@@ -149,12 +152,13 @@ Run run_scans(const std::vector<Item>& items, bool use_wheels, const Trajectory&
   std::printf("%s: odometry %.2f s (%.3f ms a scan), loops %.2f s\n",
               use_wheels ? "with wheels" : "scans alone", odometry_s,
               1e3 * odometry_s / static_cast<double>(items.size()), loop_s);
-  std::printf("  degenerate %d, predicted %d, searched %d, matched %.3f\n", degenerate, lost, searched,
-              matched / static_cast<double>(items.size()));
-  std::printf("  submaps %d, tried %d, found %d, ambiguous %d, unmatched %d, open %d, "
-              "contradicted %d, inconsistent %d, accepted %d\n",
-              c.submaps, c.tried, c.found, c.ambiguous, c.unmatched, c.open_direction,
-              c.contradicted, c.inconsistent, c.accepted);
+  std::printf("  degenerate %d, predicted %d, searched %d, matched %.3f\n", degenerate, lost,
+              searched, matched / static_cast<double>(items.size()));
+  std::printf(
+      "  submaps %d, tried %d, found %d, ambiguous %d, unmatched %d, open %d, "
+      "contradicted %d, inconsistent %d, accepted %d\n",
+      c.submaps, c.tried, c.found, c.ambiguous, c.unmatched, c.open_direction, c.contradicted,
+      c.inconsistent, c.accepted);
   // Loops against the reference: how far off, and how far off in their own sigmas.
   double sum_t = 0, max_t = 0, sum_chi = 0;
   int n = 0;
@@ -182,7 +186,8 @@ int scans(int argc, char** argv) {
   const auto items = read_scans(argv[2]);
   std::printf("%zu scans\n", items.size());
   Trajectory truth, wheels;
-  if (argc > 3 && std::strcmp(argv[3], "-") != 0) truth = Trajectory::read_tum(std::filesystem::path(argv[3]));
+  if (argc > 3 && std::strcmp(argv[3], "-") != 0)
+    truth = Trajectory::read_tum(std::filesystem::path(argv[3]));
   for (const Item& item : items) wheels.add(item.scan.stamp, item.T_odom_body);
   print_ate("wheels", wheels, truth);
   const Run run = run_scans(items, true, truth);

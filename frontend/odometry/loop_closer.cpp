@@ -53,8 +53,7 @@ std::vector<LoopClosure> LoopCloser::add(const LaserScan& scan, const ScanMotion
     Submap& submap = submaps_.back();
     const PlanarPose step = planar_part(motion.T_prev_curr_body);
     const Eigen::Matrix3d Ad = step.inverse().adjoint();
-    submap.covariance =
-        Ad * submap.covariance * Ad.transpose() + planar_block(motion.covariance);
+    submap.covariance = Ad * submap.covariance * Ad.transpose() + planar_block(motion.covariance);
     submap.travelled += std::hypot(step.x, step.y);
     submap.turned += std::abs(step.yaw);
     T_anchor_body_ = T_anchor_body_ * step;
@@ -90,8 +89,8 @@ void LoopCloser::extend_submap(const LaserScan& scan) {
   Submap& submap = submaps_.back();
   const auto moved = transformed(points, T_anchor_body_);
   submap.points.insert(submap.points.end(), moved.begin(), moved.end());
-  submap.fans.push_back(sight_fan(points, scan.lidar.T_body_lidar.translation().head<2>(),
-                                  T_anchor_body_));
+  submap.fans.push_back(
+      sight_fan(points, scan.lidar.T_body_lidar.translation().head<2>(), T_anchor_body_));
   T_anchor_key_ = T_anchor_body_;
   ++key_scans_;
   submap.centre += (T_anchor_body_.translation() - submap.centre) / key_scans_;
@@ -169,9 +168,8 @@ std::optional<PlanarEdge> LoopCloser::match(const Candidate& candidate, int subm
   ++counts_.tried;
   const Eigen::Matrix3d& C = candidate.covariance;
   SearchWindow window;
-  window.translation =
-      std::clamp(options_.gate_sigmas * std::sqrt(std::max(C(0, 0), C(1, 1))), options_.min_window,
-                 options_.max_window);
+  window.translation = std::clamp(options_.gate_sigmas * std::sqrt(std::max(C(0, 0), C(1, 1))),
+                                  options_.min_window, options_.max_window);
   window.rotation = std::clamp(options_.gate_sigmas * std::sqrt(C(2, 2)), options_.min_window_yaw,
                                options_.max_window_yaw);
   const auto points = sample(q.points, options_.search_points);
@@ -197,9 +195,9 @@ std::optional<PlanarEdge> LoopCloser::match(const Candidate& candidate, int subm
     return std::nullopt;
   }
   const PlanarPose& T = refined.T_map_scan;
-  const double ratio =
-      std::min(agreement(old.fans, q.points, T, options_.agreement_margin).ratio(),
-               agreement(q.fans, old.points.points(), T.inverse(), options_.agreement_margin).ratio());
+  const double ratio = std::min(
+      agreement(old.fans, q.points, T, options_.agreement_margin).ratio(),
+      agreement(q.fans, old.points.points(), T.inverse(), options_.agreement_margin).ratio());
   if (ratio < options_.min_agreement) {
     ++counts_.contradicted;
     return std::nullopt;

@@ -15,20 +15,20 @@
 namespace lamina {
 
 struct LoopCloserOptions {
-  double submap_length = 3.0;      ///< m travelled: a submap sees enough to be told from others
-  double submap_turn = 4.0;        ///< rad turned in all, likewise (turning on the spot)
-  double key_translation = 0.25;   ///< m between the scans whose points a submap takes
-  double key_rotation = 0.2;       ///< rad, likewise
-  double thin_cell = 0.06;         ///< m; points of a submap nearer together add nothing
-  double max_range = 20;           ///< m from the scanner
-  int min_gap = 3;                 ///< submaps in between: neighbours overlap without a loop
-  int max_candidates = 3;          ///< older submaps tried for each new one: bounds the time
-  double overlap_distance = 6;     ///< m between centres at which submaps still share a view
-  double gate_sigmas = 3;          ///< search window and gate, in sigmas of the drift since then
+  double submap_length = 3.0;     ///< m travelled: a submap sees enough to be told from others
+  double submap_turn = 4.0;       ///< rad turned in all, likewise (turning on the spot)
+  double key_translation = 0.25;  ///< m between the scans whose points a submap takes
+  double key_rotation = 0.2;      ///< rad, likewise
+  double thin_cell = 0.06;        ///< m; points of a submap nearer together add nothing
+  double max_range = 20;          ///< m from the scanner
+  int min_gap = 3;                ///< submaps in between: neighbours overlap without a loop
+  int max_candidates = 3;         ///< older submaps tried for each new one: bounds the time
+  double overlap_distance = 6;    ///< m between centres at which submaps still share a view
+  double gate_sigmas = 3;         ///< search window and gate, in sigmas of the drift since then
   double min_window = 0.4, max_window = 12;         ///< m
   double min_window_yaw = 0.1, max_window_yaw = 1;  ///< rad
-  double resolution = 0.1;         ///< m a cell of the search grid
-  int search_points = 350;         ///< of the new submap, evenly thinned
+  double resolution = 0.1;                          ///< m a cell of the search grid
+  int search_points = 350;                          ///< of the new submap, evenly thinned
   double min_score = 0.45;         ///< mean likelihood of the search's best, 0 to 1
   double max_ambiguity = 0.9;      ///< second best elsewhere / best: above, several places look so
   double min_matched = 0.6;        ///< after refinement: points that lie on the older map's lines
@@ -38,20 +38,20 @@ struct LoopCloserOptions {
   double retire_matched = 0.92;    ///< a submap matched this well by an older one is not kept
   /// A match between submaps is off by this at best (their own bend): m, rad, 1-sigma.
   double sigma_translation = 0.02, sigma_rotation = 0.004;
-  bool closing_sweep = true;       ///< finish() looks once more between all near submaps
+  bool closing_sweep = true;  ///< finish() looks once more between all near submaps
 };
 
 struct LoopClosure {
-  Timestamp from, to;  ///< `from` is the older
-  SE3 T_from_to;       ///< of the body
+  Timestamp from, to;                      ///< `from` is the older
+  SE3 T_from_to;                           ///< of the body
   Matrix6d covariance = Matrix6d::Zero();  ///< right tangent (translation, rotation)
   double score = 0;                        ///< fraction of points that match, 0 to 1
 };
 
 /// Takes each scan with its motion and gives loops when a submap has been completed. Old places are
-/// found by search_correlative() in a window as large as the drift since then, refused when a second
-/// place looks alike, refined by match_lines(), and refused when any direction stays open, when
-/// views contradict [SightFan], or when the graph of submaps cannot be reconciled.
+/// found by search_correlative() in a window as large as the drift since then, refused when a
+/// second place looks alike, refined by match_lines(), and refused when any direction stays open,
+/// when views contradict [SightFan], or when the graph of submaps cannot be reconciled.
 /// [Olson2009], [Hess2016]. Deterministic.
 class LoopCloser {
  public:

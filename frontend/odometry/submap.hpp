@@ -18,14 +18,14 @@ struct SightFan {
 
 /// Scans along a few metres, in the frame of the first one's body (the anchor).
 struct Submap {
-  Timestamp stamp;                     ///< of the anchor
-  std::vector<OrientedPoint> points;   ///< anchor frame, thinned
-  std::vector<SightFan> fans;          ///< of some of its scans
-  Eigen::Vector2d centre{0, 0};        ///< mean position of its scans, anchor frame
-  PlanarPose T_anchor_end;             ///< to the next submap's anchor, by odometry
+  Timestamp stamp;                    ///< of the anchor
+  std::vector<OrientedPoint> points;  ///< anchor frame, thinned
+  std::vector<SightFan> fans;         ///< of some of its scans
+  Eigen::Vector2d centre{0, 0};       ///< mean position of its scans, anchor frame
+  PlanarPose T_anchor_end;            ///< to the next submap's anchor, by odometry
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of T_anchor_end, right tangent
-  double travelled = 0, turned = 0;    ///< m, rad
-  bool retired = false;                ///< points dropped: another submap shows the same place
+  double travelled = 0, turned = 0;                      ///< m, rad
+  bool retired = false;  ///< points dropped: another submap shows the same place
 };
 
 /// The fan of points seen from a scanner at `scanner` (both in the body frame) from a body at

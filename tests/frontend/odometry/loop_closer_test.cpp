@@ -1,0 +1,161 @@
+// Loops in worlds whose answer is known; and where there must be none.
+#include <gmock/gmock.h>
+
+#include <Eigen/LU>
+
+#include <lamina/frontend/odometry/loop_closer.hpp>
+
+#include "planar_world.hpp"
+
+namespace lamina {
+namespace {
+
+using testing::Scanner;
+using testing::Wall;
+
+/// A ring of corridors, 2 m wide, 14 x 10 m outside, with niches that differ.
+std::vector<Wall> ring() {
+  std::vector<Wall> walls;
+  const auto path = [&](std::vector<Eigen::Vector2d> p) {
+    for (std::size_t i = 0; i + 1 < p.size(); ++i) walls.push_back({p[i], p[i + 1]});
+  };
+  path({{0, 0},    {3, 0},      {3, -0.6}, {4.5, -0.6}, {4.5, 0},  {14, 0},   {14, 4},
+        {14.7, 4}, {14.7, 5.2}, {14, 5.2}, {14, 10},    {9, 10},   {9, 10.5}, {7, 10.5},
+        {7, 10},   {0, 10},     {0, 7},    {-0.4, 7},   {-0.4, 5}, {0, 5},    {0, 0}});
+  path({{2, 2},
+        {6, 2},
+        {6, 2.5},
+        {7.2, 2.5},
+        {7.2, 2},
+        {12, 2},
+        {12, 8},
+        {5, 8},
+        {5, 7.4},
+        {3.5, 7.4},
+        {3.5, 8},
+        {2, 8},
+        {2, 2}});
+  return walls;
+}
+
+/// The pose after s metres round the ring: a rectangle with quarter circles of 1 m.
+SE3 on_ring(double s) {
+  const double a = 10, b = 6, arc = M_PI / 2;
+  const double length = 2 * (a + b) + 4 * arc;
+  s = std::fmod(s, length);
+  SE3 T = SE3::planar(2, 1, 0);
+  for (const double side : {a, b, a, b}) {
+    if (s <= side) return T * SE3::planar(s, 0, 0);
+    s -= side;
+    T = T * SE3::planar(side, 0, 0);
+    if (s <= arc) return T * SE3::planar(std::sin(s), 1 - std::cos(s), s);
+    s -= arc;
+    T = T * SE3::planar(1, 1, M_PI / 2);
+  }
+  return T;
+}
+
+struct Result {
+  std::vector<LoopClosure> loops;
+  std::vector<SE3> truth;  ///< from the first pose
+  std::vector<SE3> odometry;
+  Trajectory corrected;
+  LoopCloser::Counts counts;
+};
+
+/// Drives `metres` of `way`; the motion given to the closer turns by `bend` rad/m too much.
+template <typename Way>
+Result drive(const std::vector<Wall>& walls, Way way, double metres, double bend) {
+  Scanner scanner;
+  scanner.beams = 181;
+  scanner.fov = M_PI;
+  LoopCloser closer;
+  Result r;
+  SE3 T;
+  const double step = 0.15;
+  const auto keep = [&](std::vector<LoopClosure> l) {
+    r.loops.insert(r.loops.end(), l.begin(), l.end());
+  };
+  for (int i = 0; i * step < metres; ++i) {
+    const SE3 truth = way(i * step);
+    ScanMotion motion;
+    if (i > 0) {
+      motion.T_prev_curr_body =
+          way((i - 1) * step).inverse() * truth * SE3::planar(0, 0, bend * step);
+      motion.covariance = Matrix6d::Identity() * 1e-6;
+      motion.covariance(0, 0) = motion.covariance(1, 1) = 0.004 * 0.004;
+      motion.covariance(5, 5) = 0.006 * 0.006;
+    }
+    T = T * motion.T_prev_curr_body;
+    keep(closer.add(scanner.scan(walls, truth, i), motion));
+    r.truth.push_back(way(0).inverse() * truth);
+    r.odometry.push_back(T);
+  }
+  keep(closer.finish());
+  r.corrected = closer.corrected();
+  r.counts = closer.counts();
+  return r;
+}
+
+double worst(const std::vector<SE3>& truth, const auto& pose_at) {
+  double most = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    most = std::max(most, (truth[i].translation() - pose_at(i).translation()).norm());
+  }
+  return most;
+}
+
+TEST(LoopCloser, ClosesARingThatOdometryLeavesOpen) {
+  const Result r = drive(ring(), on_ring, 60, 0.004);
+  ASSERT_GE(r.loops.size(), 2U);
+  for (const LoopClosure& l : r.loops) {
+    const auto from = static_cast<std::size_t>(l.from.seconds() + 0.5);
+    const auto to = static_cast<std::size_t>(l.to.seconds() + 0.5);
+    EXPECT_LT(from, to);
+    const SE3 d = (r.truth[from].inverse() * r.truth[to]).inverse() * l.T_from_to;
+    EXPECT_LT(d.translation().norm(), 0.08);
+    EXPECT_LT(d.so3().log().norm(), 0.015);
+    EXPECT_GT(l.covariance.determinant(), 0);
+  }
+  const double before = worst(r.truth, [&](std::size_t i) { return r.odometry[i]; });
+  const double after = worst(r.truth, [&](std::size_t i) { return r.corrected[i].pose; });
+  EXPECT_GT(before, 0.8);
+  EXPECT_LT(after, 0.35 * before);
+  EXPECT_EQ(r.corrected.size(), r.truth.size());
+}
+
+TEST(LoopCloser, FindsNoneInABareCorridor) {
+  const auto way = [](double s) {
+    return s < 20 ? SE3::planar(s, 0, 0) : SE3::planar(40 - s, 0.1, M_PI);
+  };
+  const Result r = drive(testing::corridor(), way, 36, 0.0005);
+  EXPECT_TRUE(r.loops.empty());
+  EXPECT_GT(r.counts.submaps, 8);
+}
+
+TEST(LoopCloser, NothingInNothingOut) {
+  LoopCloser closer;
+  EXPECT_TRUE(closer.finish().empty());
+  EXPECT_TRUE(closer.corrected().empty());
+  LaserScan empty;
+  EXPECT_TRUE(closer.add(empty, {}).empty());
+  EXPECT_TRUE(closer.finish().empty());
+  EXPECT_EQ(closer.corrected().size(), 1U);
+}
+
+TEST(Agreement, APointInFrontOfASeenWallContradicts) {
+  std::vector<OrientedPoint> wall;
+  for (int i = -20; i <= 20; ++i) wall.push_back({{2, 0.05 * i}, {-1, 0}, 0.01});
+  const std::vector<SightFan> fans{sight_fan(wall, {0, 0}, {})};
+  const Agreement same = agreement(fans, wall, {}, 0.2);
+  EXPECT_EQ(same.contradict, 0);
+  EXPECT_EQ(same.agree, 41);
+  const Agreement nearer = agreement(fans, wall, {-1, 0, 0}, 0.2);
+  EXPECT_EQ(nearer.agree, 0);
+  EXPECT_GT(nearer.contradict, 15);
+  const Agreement hidden = agreement(fans, wall, {1, 0, 0}, 0.2);
+  EXPECT_EQ(hidden.agree + hidden.contradict, 0);
+}
+
+}  // namespace
+}  // namespace lamina

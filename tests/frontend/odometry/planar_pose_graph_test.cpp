@@ -1,0 +1,69 @@
+// The small pose graph against closed forms.
+#include <gmock/gmock.h>
+
+#include <lamina/frontend/odometry/planar_pose_graph.hpp>
+
+namespace lamina {
+namespace {
+
+PlanarEdge edge(int from, int to, const PlanarPose& T, double information, bool robust = false) {
+  return {from, to, T, information * Eigen::Matrix3d::Identity(), robust};
+}
+
+TEST(PlanarPoseGraph, SpreadsALoopsErrorEvenlyOverEqualEdges) {
+  PlanarPoseGraph graph;
+  for (int i = 0; i < 5; ++i) graph.add_node({1.0 * i, 0, 0});
+  for (int i = 0; i < 4; ++i) graph.add_edge(edge(i, i + 1, {1, 0, 0}, 100));
+  graph.add_edge(edge(0, 4, {4.4, 0, 0}, 1e8));
+  EXPECT_TRUE(graph.optimise());
+  for (int i = 0; i < 5; ++i) EXPECT_NEAR(graph.pose(i).x, 1.1 * i, 1e-5);
+}
+
+TEST(PlanarPoseGraph, ClosesASquareFromATurnedStart) {
+  PlanarPoseGraph graph;
+  PlanarPose T;
+  for (int i = 0; i < 4; ++i) {
+    graph.add_node(T);
+    T = T * PlanarPose{2.2, 0.1, 1.4};
+  }
+  for (int i = 0; i < 4; ++i) graph.add_edge(edge(i, (i + 1) % 4, {2, 0, M_PI / 2}, 10));
+  EXPECT_TRUE(graph.optimise());
+  EXPECT_NEAR(graph.pose(2).x, 2, 1e-6);
+  EXPECT_NEAR(graph.pose(2).y, 2, 1e-6);
+  EXPECT_NEAR(graph.pose(3).y, 2, 1e-6);
+  for (const PlanarEdge& e : graph.edges()) EXPECT_LT(graph.chi_squared(e), 1e-9);
+}
+
+TEST(PlanarPoseGraph, AFalseRobustLoopBendsLittle) {
+  PlanarPoseGraph graph;
+  for (int i = 0; i < 5; ++i) graph.add_node({1.0 * i, 0, 0});
+  for (int i = 0; i < 4; ++i) graph.add_edge(edge(i, i + 1, {1, 0, 0}, 1e4));
+  graph.add_edge(edge(0, 4, {-3, 5, 1}, 1e4, true));
+  graph.optimise();
+  EXPECT_NEAR(graph.pose(4).x, 4, 0.1);
+  EXPECT_NEAR(graph.pose(4).y, 0, 0.1);
+}
+
+TEST(PlanarPoseGraph, RelativeCovarianceOfAChainIsTheSumCarriedOver) {
+  PlanarPoseGraph graph;
+  const PlanarPose step{1, 0.2, 0.3};
+  PlanarPose T;
+  for (int i = 0; i < 4; ++i) {
+    graph.add_node(T);
+    T = T * step;
+  }
+  const Eigen::Matrix3d Q = Eigen::Vector3d(1e-4, 2e-4, 3e-4).asDiagonal();
+  for (int i = 0; i < 3; ++i) {
+    graph.add_edge({i, i + 1, step, Eigen::Vector3d(1e4, 5e3, 1e4 / 3).asDiagonal(), false});
+  }
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  const Eigen::Matrix3d Ad = step.inverse().adjoint();
+  for (int i = 1; i < 3; ++i) sum = Ad * sum * Ad.transpose() + Q;
+  const auto C = graph.relative_covariances({0, 1, 2}, 3);
+  EXPECT_LT((C[1] - sum).norm(), 1e-9);
+  EXPECT_LT((C[2] - Q).norm(), 1e-9);
+  EXPECT_LT((C[0] - (Ad * sum * Ad.transpose() + Q)).norm(), 1e-9);
+}
+
+}  // namespace
+}  // namespace lamina
