@@ -1,0 +1,268 @@
+// What the segment front-end makes of a recording, in figures and a picture.
+//   segments_report INPUT [PICTURE.svg]      INPUT: a recording, or sim:NAME[,seed]
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <set>
+
+#include <lamina/frontend/segments/segment_frontend.hpp>
+#include <lamina/models/error.hpp>
+#include <lamina/sensors/odometry_track.hpp>
+#include <lamina/sensors/recording.hpp>
+#include <lamina/sim/sim_recording.hpp>
+
+using namespace lamina;
+
+namespace {
+
+struct Item {
+  LaserScan scan;
+  std::vector<int> planes;  // simulated: the true plane behind each beam
+};
+
+struct Input {
+  std::vector<Item> items;
+  OdometryTrack odometry;
+  std::vector<Plane> planes_map;  // simulated
+};
+
+Input read_input(const std::string& name) {
+  Input input;
+  std::unique_ptr<Recording> recording;
+  const sim::Simulation* simulation = nullptr;
+  if (name.rfind("sim:", 0) == 0) {
+    const std::size_t comma = name.find(',');
+    const std::uint64_t seed = comma == std::string::npos ? 1 : std::stoull(name.substr(comma + 1));
+    sim::World world = sim::make_scene(name.substr(4, comma - 4));
+    world.rig.depth.reset();
+    world.rig.stereo.reset();
+    auto owned = std::make_unique<sim::Simulation>(std::move(world), seed);
+    simulation = owned.get();
+    recording = std::move(owned);
+    for (const sim::ScenePlane& plane : simulation->world().scene.planes()) {
+      input.planes_map.push_back(plane.plane_map);
+    }
+  } else {
+    recording = open_recording(name);
+  }
+  std::vector<Odometry> samples;
+  while (std::optional<Measurement> m = recording->next()) {
+    if (const Odometry* odometry = std::get_if<Odometry>(&*m)) samples.push_back(*odometry);
+    LaserScan* scan = std::get_if<LaserScan>(&*m);
+    if (!scan) continue;
+    Item item{std::move(*scan), {}};
+    if (simulation) {
+      for (const std::int32_t s : simulation->scan_truth().surfaces) {
+        item.planes.push_back(s < 0 ? -1 : simulation->caster().plane_of(s));
+      }
+    }
+    input.items.push_back(std::move(item));
+  }
+  input.odometry = OdometryTrack(samples);
+  return input;
+}
+
+int majority_plane(const ScanSegment& segment, const std::vector<int>& planes) {
+  std::map<int, int> votes;
+  const int n = static_cast<int>(planes.size());
+  const int span = (segment.last_beam - segment.first_beam + n) % n;
+  for (int i = 0; i <= span; ++i) {
+    ++votes[planes[static_cast<std::size_t>((segment.first_beam + i) % n)]];
+  }
+  const auto most = std::max_element(
+      votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most->first;
+}
+
+bool same_plane(const Plane& a, const Plane& b) {
+  const double dot = a.normal().dot(b.normal());
+  return std::abs(dot) > std::cos(1 * M_PI / 180) &&
+         std::abs(a.rho() - (dot > 0 ? b.rho() : -b.rho())) < 0.03;
+}
+
+// Switches and false matches against the simulator's truth.
+struct Truth {
+  std::map<int, std::set<std::int64_t>> previous;  // ids of each plane in the last scan
+  std::map<std::int64_t, int> plane_of_track;
+  std::int64_t matches = 0, switches = 0, false_matches = 0, no_plane = 0, segments = 0;
+
+  void add(const std::vector<SegmentObservation>& segments_seen, const Input& input,
+           const Item& item) {
+    std::map<int, std::set<std::int64_t>> now;
+    for (const SegmentObservation& s : segments_seen) {
+      const int plane = majority_plane(s.segment, item.planes);
+      ++segments;
+      no_plane += plane < 0 ? 1 : 0;
+      if (plane < 0 || s.track < 0) continue;
+      now[plane].insert(s.track);
+      ++matches;
+      const auto known = plane_of_track.emplace(s.track, plane).first;
+      const std::size_t a = static_cast<std::size_t>(known->second);
+      const std::size_t b = static_cast<std::size_t>(plane);
+      if (known->second != plane && !same_plane(input.planes_map[a], input.planes_map[b])) {
+        ++false_matches;
+        if (std::getenv("SEGMENTS_VERBOSE"))
+          std::printf("false match at %s track %lld plane %d was %d beams %d..%d\n",
+                      item.scan.stamp.to_string().c_str(), static_cast<long long>(s.track), plane,
+                      known->second, s.segment.first_beam, s.segment.last_beam);
+      }
+    }
+    for (const auto& [plane, ids] : now) {
+      const auto before = previous.find(plane);
+      if (before == previous.end()) continue;
+      const bool kept = std::any_of(ids.begin(), ids.end(),
+                                    [&](std::int64_t id) { return before->second.count(id) > 0; });
+      switches += kept ? 0 : 1;
+      if (!kept && std::getenv("SEGMENTS_VERBOSE"))
+        std::printf("switch at %s plane %d\n", item.scan.stamp.to_string().c_str(), plane);
+    }
+    previous = std::move(now);
+  }
+};
+
+std::string colour(std::int64_t track) {
+  if (track < 0) return "#bbbbbb";
+  return "hsl(" + std::to_string((track * 137) % 360) + ",75%,42%)";
+}
+
+// Top view in the odometry frame: segments by track, loose points, the path.
+class Picture {
+ public:
+  void add(const Observations& out, const SE3& T_odom_body, bool points) {
+    path_.push_back(T_odom_body.translation());
+    for (const SegmentObservation& s : out.segments) {
+      const SE3 T = T_odom_body * out.T_body_sensor;
+      lines_.push_back({T * Eigen::Vector3d(s.segment.start.x(), s.segment.start.y(), 0),
+                        T * Eigen::Vector3d(s.segment.end.x(), s.segment.end.y(), 0), s.track});
+    }
+    if (!points) return;
+    for (const Eigen::Vector3d& p : out.obstacle_points_body) points_.push_back(T_odom_body * p);
+  }
+  void write(const std::string& file) const {
+    Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
+    for (const Line& line : lines_) {
+      low = low.cwiseMin(line.a.head<2>()).cwiseMin(line.b.head<2>());
+      high = high.cwiseMax(line.a.head<2>()).cwiseMax(line.b.head<2>());
+    }
+    const double scale = 1200 / std::max(1e-3, (high - low).maxCoeff());
+    std::ofstream out(file);
+    const Eigen::Vector2d size = (high - low) * scale;
+    out << "<svg xmlns='http://www.w3.org/2000/svg' width='" << int(size.x()) + 20 << "' height='"
+        << int(size.y()) + 20 << "'><rect width='100%' height='100%' fill='white'/>\n";
+    char text[256];
+    const auto x = [&](const Eigen::Vector3d& p) { return 10 + (p.x() - low.x()) * scale; };
+    const auto y = [&](const Eigen::Vector3d& p) { return 10 + (high.y() - p.y()) * scale; };
+    for (const Eigen::Vector3d& p : points_) {
+      std::snprintf(text, sizeof text,
+                    "<rect x='%.1f' y='%.1f' width='1' height='1' fill='#ccc'/>\n", x(p), y(p));
+      out << text;
+    }
+    for (const Line& line : lines_) {
+      std::snprintf(text, sizeof text,
+                    "<path d='M%.1f %.1fL%.1f %.1f' stroke='%s' stroke-opacity='.5'/>\n", x(line.a),
+                    y(line.a), x(line.b), y(line.b), colour(line.track).c_str());
+      out << text;
+    }
+    out << "<polyline fill='none' stroke='black' points='";
+    for (const Eigen::Vector3d& p : path_) {
+      std::snprintf(text, sizeof text, "%.1f,%.1f ", x(p), y(p));
+      out << text;
+    }
+    out << "'/></svg>\n";
+  }
+
+ private:
+  struct Line {
+    Eigen::Vector3d a, b;
+    std::int64_t track;
+  };
+  std::vector<Line> lines_;
+  std::vector<Eigen::Vector3d> points_, path_;
+};
+
+double quantile(std::vector<double> values, double q) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1))];
+}
+
+int run(const std::string& name, const char* picture_file) {
+  const Input input = read_input(name);
+  SegmentFrontend frontend;
+  Picture picture;
+  Truth truth;
+  std::map<std::int64_t, int> length;
+  std::vector<double> times, scales;
+  std::int64_t segments = 0, tracked = 0, returns = 0, loose = 0, curved = 0;
+  const bool blind = std::getenv("SEGMENTS_NO_ODOMETRY") != nullptr;
+  std::optional<SE3> T_odom_last;
+  const std::size_t stride = std::max<std::size_t>(1, input.items.size() / 800);
+  for (std::size_t k = 0; k < input.items.size(); ++k) {
+    const Item& item = input.items[k];
+    const std::optional<Odometry> odometry = input.odometry.at(item.scan.stamp);
+    std::optional<SE3> motion;
+    if (odometry && T_odom_last && !blind) motion = T_odom_last->inverse() * odometry->T_odom_body;
+    if (odometry) T_odom_last = odometry->T_odom_body;
+    const auto start = std::chrono::steady_clock::now();
+    const Observations out = frontend.process(item.scan, motion);
+    times.push_back(
+        1e3 * std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    scales.push_back(frontend.last().noise_scale);
+    segments += static_cast<std::int64_t>(out.segments.size());
+    curved += frontend.last().curved;
+    loose += static_cast<std::int64_t>(frontend.last().loose_beams.size());
+    returns += static_cast<std::int64_t>(item.scan.size()) - frontend.last().missing;
+    for (const SegmentObservation& s : out.segments) {
+      tracked += s.track >= 0 ? 1 : 0;
+      if (s.track >= 0) ++length[s.track];
+    }
+    if (!item.planes.empty()) truth.add(out.segments, input, item);
+    if (k % stride == 0) picture.add(out, T_odom_last.value_or(SE3()), k % (4 * stride) == 0);
+  }
+  std::vector<double> lengths;
+  for (const auto& [id, n] : length) lengths.push_back(n);
+  const double scans = std::max<double>(1, static_cast<double>(input.items.size()));
+  const TrackingCounts& counts = frontend.tracker().counts();
+  std::printf("%s: %zu scans\n", name.c_str(), input.items.size());
+  for (const auto& [why, n] : frontend.skipped())
+    std::printf("  skipped: %s %ld\n", why.c_str(), n);
+  std::printf("  segments a scan %.2f (%.1f %% on counted tracks), curved pieces a scan %.2f\n",
+              double(segments) / scans,
+              100.0 * double(tracked) / std::max<double>(1, double(segments)),
+              double(curved) / scans);
+  std::printf("  share of returns explained %.3f, roughness over the noise model: median %.2f\n",
+              1 - double(loose) / std::max<double>(1, double(returns)), quantile(scales, 0.5));
+  std::printf("  tracks %zu, sightings of each: median %.0f, p90 %.0f, longest %.0f\n",
+              lengths.size(), quantile(lengths, 0.5), quantile(lengths, 0.9), quantile(lengths, 1));
+  std::printf("  births %ld, bends %ld, reacquired %ld, fragments %ld\n", counts.births,
+              counts.bends, counts.reacquired, counts.fragments);
+  std::printf("  time a scan: median %.3f ms, p95 %.3f ms\n", quantile(times, 0.5),
+              quantile(times, 0.95));
+  if (truth.segments > 0) {
+    std::printf(
+        "  truth: id switches %ld, false matches %ld of %ld (%.2f %%), segments on no plane %ld of "
+        "%ld\n",
+        truth.switches, truth.false_matches, truth.matches,
+        100.0 * double(truth.false_matches) / std::max<double>(1, double(truth.matches)),
+        truth.no_plane, truth.segments);
+  }
+  if (picture_file) picture.write(picture_file);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2) {
+    std::fprintf(stderr, "usage: segments_report INPUT|sim:NAME[,SEED] [PICTURE.svg]\n");
+    return 2;
+  }
+  try {
+    return run(argv[1], argc > 2 ? argv[2] : nullptr);
+  } catch (const Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 2;
+  }
+}
