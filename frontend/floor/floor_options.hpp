@@ -32,6 +32,8 @@ struct FloorOptions {
 
   // What a plane is to a robot.
   double traversable_slope_deg = 20.0;  ///< steeper planes are obstacles
+  double max_level_m = 0.4;             ///< m above the floor up to which a level plane is no table
+  double min_level_area_m2 = 0.5;       ///< m^2 from which a level plane is a floor, not a plate
   double dominant_min_share = 0.02;     ///< of the frame's pixels a dominant floor must hold
   double dominant_min_area_m2 = 0.25;   ///< m^2 of floor seen: less cannot carry a calibration
 

@@ -46,6 +46,7 @@ struct ExtractedPlane {
   Eigen::Vector3d disparity = Eigen::Vector3d::Zero();  ///< d = x u + y v + z (px); 0 for clouds
   Eigen::Vector3d centroid_camera = Eigen::Vector3d::Zero();
   std::int64_t pixels = 0;
+  double area = 0;    ///< m^2 seen, on the plane
   double slope = 0;   ///< rad, angle between its normal and body z
   double height = 0;  ///< m, body z of its centroid
   double rms_px = 0;  ///< residual, px of disparity (m for clouds)

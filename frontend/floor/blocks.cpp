@@ -1,0 +1,242 @@
+// The pixel pass. Full blocks go four pixels at a time; broken ones one by one.
+#include <lamina/frontend/floor/blocks.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace lamina {
+namespace {
+
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+
+Float4 load4(const float* p) {
+  Float4 x;
+  std::memcpy(&x, p, sizeof(x));
+  return x;
+}
+
+float sum4(const Float4& x) { return (x[0] + x[1]) + (x[2] + x[3]); }
+
+// Own plane of centred sums; `cud`, `cvd`, `cdd` about the means.
+void solve(Block& block, float cud, float cvd, float cdd) {
+  const float det = block.cuu * block.cvv - block.cuv * block.cuv;
+  if (block.n < 3 || !(det > 1e-3F * block.cuu * block.cvv) || !(det > 0)) {
+    block.a = block.b = 0;
+    block.sse = cdd;
+    return;
+  }
+  block.a = (cud * block.cvv - cvd * block.cuv) / det;
+  block.b = (cvd * block.cuu - cud * block.cuv) / det;
+  block.sse = std::max(0.0F, cdd - block.a * cud - block.b * cvd);
+}
+
+// All 64 pixels valid: position sums are constants. False (and nothing done) when they are not.
+bool full_block8(const float* origin, std::ptrdiff_t stride, float center_u, float center_v,
+                 Block& block) {
+  const float shift = origin[3 * stride + 3];
+  if (!(shift > 0)) return false;
+  Float4 sum[2] = {{}, {}}, square{}, down[2] = {{}, {}};
+  Int4 bad{};
+  for (int r = 0; r < 8; ++r) {
+    const float y = static_cast<float>(r) - 3.5F;
+    for (int half = 0; half < 2; ++half) {
+      const Float4 d = load4(origin + r * stride + 4 * half);
+      bad |= d <= 0.0F;
+      const Float4 e = d - shift;
+      sum[half] += e;
+      square += e * e;
+      down[half] += e * y;
+    }
+  }
+  if ((bad[0] | bad[1] | bad[2] | bad[3]) != 0) return false;
+  const Float4 left = {-3.5F, -2.5F, -1.5F, -0.5F}, right = {0.5F, 1.5F, 2.5F, 3.5F};
+  const float s = sum4(sum[0] + sum[1]);
+  const float cud = sum4(sum[0] * left + sum[1] * right);
+  const float cvd = sum4(down[0] + down[1]);
+  constexpr float kSpread = 64 * 5.25F;  // sum of (i - 3.5)^2 over the block
+  block.n = 64;
+  block.u = center_u;
+  block.v = center_v;
+  block.d = shift + s / 64;
+  block.cuu = block.cvv = kSpread;
+  block.cuv = 0;
+  block.a = cud / kSpread;
+  block.b = cvd / kSpread;
+  block.sse = std::max(0.0F, sum4(square) - s * s / 64 - block.a * cud - block.b * cvd);
+  return true;
+}
+
+struct Window {
+  int u0, v0, u1, v1;
+};
+
+// Any subset of a window's pixels.
+template <class Keep>
+void partial_block(const DisparityImage& image, const DisparityGeometry& g, const Window& w,
+                   const Keep& keep, Block& block) {
+  const float shift_u = 0.5F * static_cast<float>(w.u0 + w.u1 - 1);
+  const float shift_v = 0.5F * static_cast<float>(w.v0 + w.v1 - 1);
+  float n = 0, su = 0, sv = 0, sd = 0, suu = 0, suv = 0, svv = 0, sud = 0, svd = 0, sdd = 0;
+  float shift_d = 0;
+  for (int v = w.v0; v < w.v1; ++v) {
+    const float* row = image.row(v);
+    for (int u = w.u0; u < w.u1; ++u) {
+      if (!(row[u] > 0) || !keep(u, v)) continue;
+      if (n == 0) shift_d = row[u];
+      const float x = static_cast<float>(u) - shift_u, y = static_cast<float>(v) - shift_v;
+      const float e = row[u] - shift_d;
+      n += 1;
+      su += x;
+      sv += y;
+      sd += e;
+      suu += x * x;
+      suv += x * y;
+      svv += y * y;
+      sud += x * e;
+      svd += y * e;
+      sdd += e * e;
+    }
+  }
+  block = Block();
+  block.n = n;
+  if (n == 0) return;
+  block.u = shift_u + su / n - static_cast<float>(g.cx);
+  block.v = shift_v + sv / n - static_cast<float>(g.cy);
+  block.d = shift_d + sd / n;
+  block.cuu = suu - su * su / n;
+  block.cuv = suv - su * sv / n;
+  block.cvv = svv - sv * sv / n;
+  solve(block, sud - su * sd / n, svd - sv * sd / n, sdd - sd * sd / n);
+}
+
+Window window_of(const DisparityImage& image, int size, int c, int r) {
+  return {c * size, r * size, std::min(image.width, (c + 1) * size),
+          std::min(image.height, (r + 1) * size)};
+}
+
+}  // namespace
+
+void fill_disparity(const DepthFrame& frame, DisparityImage& image) {
+  const int width = std::max(0, frame.width()), height = std::max(0, frame.height());
+  const std::size_t size = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  image.width = width;
+  image.height = height;
+  image.d.resize(size);
+  const DepthCamera& camera = frame.camera;
+  const double scale = camera.noise.focal_baseline * camera.depth_scale;
+  const bool usable = frame.raw.size() >= size && std::isfinite(scale) && scale > 0 &&
+                      camera.depth_scale > 0 && camera.camera.fx > 0 && camera.camera.fy > 0;
+  if (!usable) {
+    std::fill(image.d.begin(), image.d.end(), 0.0F);
+    return;
+  }
+  const double lowest = std::max(1.0, std::ceil(camera.noise.min_range * camera.depth_scale));
+  const double highest =
+      std::clamp(std::floor(camera.noise.max_range * camera.depth_scale), 0.0, 65534.0);
+  const float low = static_cast<float>(lowest), high = static_cast<float>(highest);
+  const float fb = static_cast<float>(scale);
+  const std::uint16_t* raw = frame.raw.data();
+  float* out = image.d.data();
+  for (std::size_t i = 0; i < size; ++i) {
+    const float z = static_cast<float>(static_cast<int>(raw[i]));
+    const float d = fb / std::max(z, 1.0F);
+    out[i] = z >= low && z <= high ? d : 0.0F;
+  }
+}
+
+DisparitySums Block::sums() const {
+  DisparitySums s;
+  const double N = n, U = u, V = v, D = d;
+  // Centred sums of (u, d) and (v, d) follow from the block's own plane.
+  const double cud = static_cast<double>(a) * cuu + static_cast<double>(b) * cuv;
+  const double cvd = static_cast<double>(a) * cuv + static_cast<double>(b) * cvv;
+  s.n = N;
+  s.u = N * U;
+  s.v = N * V;
+  s.d = N * D;
+  s.uu = cuu + N * U * U;
+  s.uv = cuv + N * U * V;
+  s.vv = cvv + N * V * V;
+  s.ud = cud + N * U * D;
+  s.vd = cvd + N * V * D;
+  s.dd = sse + static_cast<double>(a) * cud + static_cast<double>(b) * cvd + N * D * D;
+  return s;
+}
+
+void fill_blocks(const DisparityImage& image, const DisparityGeometry& g, int size,
+                 BlockImage& blocks) {
+  blocks.size = size;
+  blocks.columns = (image.width + size - 1) / size;
+  blocks.rows = (image.height + size - 1) / size;
+  blocks.blocks.resize(static_cast<std::size_t>(blocks.columns) *
+                       static_cast<std::size_t>(blocks.rows));
+  const auto all = [](int, int) { return true; };
+  std::size_t i = 0;
+  for (int r = 0; r < blocks.rows; ++r) {
+    for (int c = 0; c < blocks.columns; ++c, ++i) {
+      const Window w = window_of(image, size, c, r);
+      Block& block = blocks.blocks[i];
+      block.flat = false;
+      const float center_u = static_cast<float>(w.u0 + 3.5 - g.cx);
+      const float center_v = static_cast<float>(w.v0 + 3.5 - g.cy);
+      const bool whole = size == 8 && w.u1 - w.u0 == 8 && w.v1 - w.v0 == 8;
+      if (whole && full_block8(image.row(w.v0) + w.u0, image.width, center_u, center_v, block)) {
+        continue;
+      }
+      partial_block(image, g, w, all, block);
+    }
+  }
+}
+
+double noise_scale(const BlockImage& blocks, double disparity_sigma) {
+  std::vector<float> variances;
+  variances.reserve(blocks.blocks.size());
+  const float full = 0.9F * static_cast<float>(blocks.size * blocks.size);
+  for (const Block& block : blocks.blocks) {
+    if (block.n >= full) variances.push_back(block.sse / (block.n - 3));
+  }
+  if (variances.size() < 20 || !(disparity_sigma > 0)) return 1.0;
+  const auto at = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 4);
+  std::nth_element(variances.begin(), at, variances.end());
+  return std::clamp(std::sqrt(static_cast<double>(*at)) / disparity_sigma, 1.0, 4.0);
+}
+
+bool is_outlier(const DisparityImage& image, int u, int v, float tolerance) {
+  const float* row = image.row(v);
+  const float d = row[u];
+  if (u > 0 && u + 1 < image.width) {
+    const float l = row[u - 1], r = row[u + 1];
+    if (l > 0 && r > 0 && std::abs(d - 0.5F * (l + r)) <= tolerance) return false;
+  }
+  if (v > 0 && v + 1 < image.height) {
+    const float t = row[u - image.width], b = row[u + image.width];
+    if (t > 0 && b > 0 && std::abs(d - 0.5F * (t + b)) <= tolerance) return false;
+  }
+  return true;
+}
+
+void remove_outliers(const DisparityImage& image, const DisparityGeometry& g, float tolerance,
+                     float flat_sigma, float min_pixels, BlockImage& blocks) {
+  const float limit = flat_sigma * flat_sigma;
+  const auto is_flat = [&](const Block& b) {
+    return b.n >= min_pixels && b.n > 3 && b.sse <= limit * (b.n - 3);
+  };
+  const auto keep = [&](int u, int v) { return !is_outlier(image, u, v, tolerance); };
+  std::size_t i = 0;
+  for (int r = 0; r < blocks.rows; ++r) {
+    for (int c = 0; c < blocks.columns; ++c, ++i) {
+      Block& block = blocks.blocks[i];
+      block.flat = is_flat(block);
+      // Twice the limit is two surfaces, not a stray pixel: only blocks that may heal are redone.
+      if (block.flat || block.n < min_pixels) continue;
+      Block cleaned;
+      partial_block(image, g, window_of(image, blocks.size, c, r), keep, cleaned);
+      cleaned.flat = is_flat(cleaned);
+      if (cleaned.flat) block = cleaned;
+    }
+  }
+}
+
+}  // namespace lamina

@@ -1,0 +1,73 @@
+// One pass over a depth image: disparity, and the sums and plane of every pixel block.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <lamina/frontend/floor/disparity_sums.hpp>
+#include <lamina/sensors/depth_frame.hpp>
+
+namespace lamina {
+
+/// Disparity in pixels, row-major; 0 where there is no measurement or it is out of range.
+struct DisparityImage {
+  int width = 0, height = 0;
+  std::vector<float> d;
+  const float* row(int v) const {
+    return d.data() + static_cast<std::size_t>(v) * static_cast<std::size_t>(width);
+  }
+};
+
+/// Fills `image` from the frame; keeps its memory. Depth outside the noise model's range and
+/// saturated values (65535) are no measurements. A frame whose raw data is shorter than
+/// width * height, or whose geometry is senseless, gives an image without measurements.
+void fill_disparity(const DepthFrame& frame, DisparityImage& image);
+
+/// A block: count, means, its own plane and what is left over. (u, v) from the principal point.
+struct Block {
+  float n = 0;                      ///< pixels
+  float u = 0, v = 0, d = 0;        ///< means
+  float cuu = 0, cuv = 0, cvv = 0;  ///< centred sums of the pixel positions
+  float a = 0, b = 0;               ///< slopes of its own plane
+  float sse = 0;                    ///< sum of squared residuals from its own plane (px^2)
+  bool flat = false;                ///< its pixels agree with one plane within their noise
+
+  DisparitySums sums() const;
+  /// Residual of the block's mean from a plane (px).
+  float residual(const Eigen::Vector3f& p) const { return d - (p.x() * u + p.y() * v + p.z()); }
+  /// Mean squared residual of its pixels from a plane (px^2), given the mean residual.
+  float mean_square(const Eigen::Vector3f& p, float mean_residual) const {
+    const float da = a - p.x(), db = b - p.y();
+    const float tilt = da * da * cuu + 2 * da * db * cuv + db * db * cvv;
+    return (sse + tilt) / n + mean_residual * mean_residual;
+  }
+};
+
+struct BlockImage {
+  int size = 8, columns = 0, rows = 0;
+  std::vector<Block> blocks;
+  int index(int c, int r) const { return r * columns + c; }
+  const Block& at(int c, int r) const { return blocks[static_cast<std::size_t>(index(c, r))]; }
+};
+
+/// Sums of every block, all in one pass; blocks at the right and lower border may be smaller.
+void fill_blocks(const DisparityImage& image, const DisparityGeometry& g, int size,
+                 BlockImage& blocks);
+
+/// How much noisier the frame is than its model says: from the quieter blocks' residuals, never
+/// below 1 (neighbours are alike, so blocks understate noise) nor above 4.
+double noise_scale(const BlockImage& blocks, double disparity_sigma);
+
+/// The local outlier test. A pixel is an outlier when its distance (in disparity) to what its
+/// neighbours say, along the row and along the column, is beyond `tolerance` both ways: the
+/// document's mean distance to neighbours against the noise bounds, on an organised image, where
+/// slopes cancel and depth edges do not. Pixels with no pair of neighbours are outliers.
+bool is_outlier(const DisparityImage& image, int u, int v, float tolerance);
+
+/// Takes outliers out of the blocks that are not flat with them, and marks which blocks are flat:
+/// rms below `flat_sigma` px and at least `min_pixels`.
+void remove_outliers(const DisparityImage& image, const DisparityGeometry& g, float tolerance,
+                     float flat_sigma, float min_pixels, BlockImage& blocks);
+
+}  // namespace lamina

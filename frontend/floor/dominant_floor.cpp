@@ -1,0 +1,98 @@
+// The choice of the dominant floor.
+#include <lamina/frontend/floor/dominant_floor.hpp>
+
+#include <cmath>
+#include <optional>
+
+#include <lamina/frontend/floor/leveling.hpp>
+
+namespace lamina {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+struct Scored {
+  int index = -1;
+  double score = 0, tilt = 0, height = 0, height_error = 0;
+};
+
+Scored score(const FloorCandidate& c, const FloorPrior& prior) {
+  Scored s;
+  const Leveling l = leveling_of(prior.T_body_camera, c.plane_camera);
+  s.tilt = std::hypot(l.roll, l.pitch);
+  s.height = l.height;
+  s.height_error = l.height - prior.T_body_camera.translation().z();
+  // Tilt and height (deg, m) a floor may be off by: a tape measure's errors, or a hand's movement.
+  constexpr double kTilt[] = {25, 8, 6, 6};
+  constexpr double kHeight[] = {1e9, 0.15, 0.1, 0.1};
+  const std::size_t k = static_cast<std::size_t>(prior.knowledge);
+  s.score = c.area * std::exp(-std::pow(s.tilt / (kTilt[k] * kDegree), 2) -
+                              std::pow(s.height_error / kHeight[k], 2));
+  return s;
+}
+
+FloorChoice refuse(FloorStatus status, const char* reason) { return {status, -1, reason}; }
+
+// With nothing known: lowest of those that hold at least 0.35 of the best score.
+Scored lowest_large(std::span<const Scored> all, double best) {
+  Scored chosen;
+  for (const Scored& s : all) {
+    if (s.score >= 0.35 * best && (chosen.index < 0 || s.height > chosen.height)) chosen = s;
+  }
+  return chosen;
+}
+
+bool rivals(std::span<const Scored> all, const Scored& chosen) {
+  for (const Scored& s : all) {
+    if (s.index == chosen.index || s.score < 0.6 * chosen.score) continue;
+    if (std::abs(s.height - chosen.height) > 0.04 || std::abs(s.tilt - chosen.tilt) > 2 * kDegree) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+FloorChoice choose_floor(std::span<const FloorCandidate> planes, double frame_pixels,
+                         const FloorPrior& prior, const FloorOptions& options) {
+  if (planes.empty()) return refuse(FloorStatus::kNoPlanes, "no plane in the frame");
+  const double cones[] = {options.unknown_cone_deg, 15, 12, 6};
+  const double cone = cones[static_cast<std::size_t>(prior.knowledge)] * kDegree;
+  std::vector<Scored> all;
+  double best = 0;
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    Scored s = score(planes[i], prior);
+    s.index = static_cast<int>(i);
+    if (s.tilt > cone) continue;
+    if (s.height < options.min_height_m || s.height > options.max_height_m) continue;
+    all.push_back(s);
+    best = std::max(best, s.score);
+  }
+  if (all.empty()) return refuse(FloorStatus::kNoFloor, "no plane lies as a floor would");
+  Scored chosen;
+  if (prior.knowledge != MountingKnowledge::kUnknown) {
+    for (const Scored& s : all) {
+      if (chosen.index < 0 || s.score > chosen.score) chosen = s;
+    }
+    const bool tilted = chosen.tilt > 1.5 * kDegree;
+    const double limit = tilted && prior.rigid() ? 0.04 : prior.rigid() ? 0.15 : 0.3;
+    if (std::abs(chosen.height_error) > limit) {
+      return refuse(FloorStatus::kAmbiguous,
+                    "planes lie flat but not where the floor is: stairs or a ramp");
+    }
+  } else {
+    chosen = lowest_large(all, best);
+    if (rivals(all, chosen)) {
+      return refuse(FloorStatus::kAmbiguous, "several levels or slopes could be the floor");
+    }
+  }
+  const FloorCandidate& c = planes[static_cast<std::size_t>(chosen.index)];
+  if (c.pixels < options.dominant_min_share * frame_pixels ||
+      c.area < options.dominant_min_area_m2) {
+    return refuse(FloorStatus::kTooSmall, "too little floor in view");
+  }
+  return {FloorStatus::kFound, chosen.index, ""};
+}
+
+}  // namespace lamina

@@ -1,0 +1,163 @@
+// The whole chain: planes, floor, surface, surfels, outlines.
+#include <lamina/frontend/floor/floor_frontend.hpp>
+
+#include <chrono>
+#include <cmath>
+
+#include <lamina/frontend/floor/cloud_planes.hpp>
+#include <lamina/frontend/floor/floor_judge.hpp>
+#include <lamina/frontend/floor/ground_cells.hpp>
+#include <lamina/frontend/floor/outlines.hpp>
+#include <lamina/frontend/floor/plane_extractor.hpp>
+#include <lamina/frontend/floor/surfels.hpp>
+#include <lamina/models/error.hpp>
+
+namespace lamina {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+FloorOptions checked(const FloorOptions& options) {
+  const auto problems = options.problems();
+  if (!problems.empty()) throw Error(problems.front());
+  return options;
+}
+
+// Area on each plane: a pixel at depth Z covers Z^3 / (fx fy |rho|).
+std::vector<double> areas(const PlaneExtractor& extractor, std::span<const double> rho) {
+  std::vector<double> result(rho.size(), 0);
+  const DisparityGeometry& g = extractor.geometry();
+  const auto labels = extractor.regions().labels();
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i] < 0) continue;
+    const std::size_t k = static_cast<std::size_t>(labels[i]);
+    const Block& b = extractor.blocks().blocks[i];
+    const double z = g.focal_baseline / static_cast<double>(b.d);
+    result[k] += static_cast<double>(b.n) * z * z * z / (g.fx * g.fy * std::abs(rho[k]));
+  }
+  return result;
+}
+
+NoiseFloor noise_floor(const Moments& moments, const Plane& plane, const DisparityGeometry& g,
+                       double shared_px) {
+  NoiseFloor floor;
+  const double z = moments.mean().z();
+  floor.sigma_rho = std::abs(plane.rho()) * z / g.focal_baseline * shared_px;
+  const Matrix32d B = plane.tangent_basis();
+  const double spread2 = 0.5 * (B.transpose() * moments.scatter() * B).trace() / moments.weight();
+  floor.sigma_tilt = std::min(0.1, floor.sigma_rho / std::sqrt(std::max(spread2, 1e-6)));
+  return floor;
+}
+
+}  // namespace
+
+struct FloorFrontend::State {
+  explicit State(const FloorOptions& o) : options(o), extractor(o), judge(o), mapper(o), cloud(o) {}
+
+  void collect_planes(FloorResult& result);
+  void trace(FloorResult& result);
+
+  FloorOptions options;
+  PlaneExtractor extractor;
+  FloorJudge judge;
+  GroundMapper mapper;
+  CloudPlanes cloud;
+};
+
+void FloorFrontend::State::collect_planes(FloorResult& result) {
+  const DisparityGeometry& g = extractor.geometry();
+  std::vector<double> rho;
+  for (const PlaneRegion& region : extractor.regions().regions()) {
+    ExtractedPlane p;
+    // The extractor keeps only regions whose plane and moments exist.
+    p.plane_camera = g.plane(region.plane).value_or(Plane({0, 0, -1}, -1e6));
+    p.disparity = region.plane;
+    p.moments_camera =
+        region.sums.moments(g, p.plane_camera, extractor.noise().per_pixel).value_or(Moments());
+    p.centroid_camera = p.plane_camera.project(p.moments_camera.mean());
+    p.floor = noise_floor(p.moments_camera, p.plane_camera, g, std::sqrt(extractor.noise().shared));
+    p.pixels = region.pixels;
+    p.rms_px = std::sqrt(region.sums.sse(region.plane) / std::max(1.0, region.sums.n));
+    rho.push_back(p.plane_camera.rho());
+    result.planes.push_back(std::move(p));
+  }
+  const auto area = areas(extractor, rho);
+  for (std::size_t k = 0; k < area.size(); ++k) result.planes[k].area = area[k];
+}
+
+void FloorFrontend::State::trace(FloorResult& result) {
+  const BlockImage& blocks = extractor.blocks();
+  const DisparityGeometry& g = extractor.geometry();
+  const auto outlines = trace_outlines(extractor.block_labels(), blocks.columns, blocks.rows,
+                                       static_cast<int>(result.planes.size()), 0.75);
+  for (std::size_t k = 0; k < outlines.size(); ++k) {
+    ExtractedPlane& plane = result.planes[k];
+    // A corner may lie beyond the last pixel: not beyond twice the depth of the plane's centre.
+    const double least = 0.25 * g.focal_baseline / std::max(0.1, plane.centroid_camera.z());
+    for (const Eigen::Vector2d& corner : outlines[k]) {
+      const double u =
+          std::min(corner.x() * blocks.size, extractor.image().width * 1.0) - 0.5 - g.cx;
+      const double v =
+          std::min(corner.y() * blocks.size, extractor.image().height * 1.0) - 0.5 - g.cy;
+      const double d = plane.disparity.dot(Eigen::Vector3d(u, v, 1));
+      plane.outline_camera.push_back(plane.plane_camera.project(g.point(u, v, std::max(d, least))));
+    }
+  }
+}
+
+FloorFrontend::FloorFrontend(const FloorOptions& options)
+    : state_(std::make_unique<State>(checked(options))) {}
+FloorFrontend::~FloorFrontend() = default;
+FloorFrontend::FloorFrontend(FloorFrontend&&) noexcept = default;
+FloorFrontend& FloorFrontend::operator=(FloorFrontend&&) noexcept = default;
+
+const FloorOptions& FloorFrontend::options() const { return state_->options; }
+
+void FloorFrontend::reset() { state_->judge = FloorJudge(state_->options); }
+
+FloorResult FloorFrontend::process(const DepthFrame& frame) {
+  State& s = *state_;
+  FloorResult result;
+  result.stamp = frame.stamp;
+  result.sensor = frame.camera.noise.kind == DepthNoise::Kind::kStereo ? SensorKind::kStereo
+                                                                       : SensorKind::kDepth;
+  const SE3& calibrated = frame.camera.camera.T_body_camera;
+  const FloorPrior prior = s.judge.prior(calibrated);
+  s.extractor.extract(frame, {prior.T_body_camera, prior.knowledge != MountingKnowledge::kUnknown});
+  result.times = s.extractor.times();
+  result.skipped_sections = s.extractor.skipped_sections();
+
+  auto start = Clock::now();
+  s.collect_planes(result);
+  std::swap(result.pixel_labels, s.extractor.pixel_labels());
+  const BlockImage& blocks = s.extractor.blocks();
+  result.blocks = {blocks.size, blocks.columns, blocks.rows, s.extractor.block_labels()};
+  s.judge.judge(calibrated, static_cast<double>(frame.width()) * frame.height(), result);
+  double measured = 0;
+  for (const Block& block : blocks.blocks) measured += static_cast<double>(block.n);
+  if (measured < s.options.min_plane_px) {
+    result.status = FloorStatus::kNoData;
+    result.reason = "hardly any measurement in the frame";
+  }
+  s.trace(result);
+  result.times.output_ms = ms_since(start);
+
+  start = Clock::now();
+  s.mapper.map(s.extractor, result);
+  make_surfels(s.extractor, s.options, result);
+  result.times.surface_ms = ms_since(start);
+  return result;
+}
+
+FloorResult FloorFrontend::process(const CloudFrame& frame) {
+  FloorResult result;
+  result.stamp = frame.stamp;
+  result.sensor = SensorKind::kCloud;
+  state_->cloud.process(frame, state_->judge, result);
+  return result;
+}
+
+}  // namespace lamina

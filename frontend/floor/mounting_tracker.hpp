@@ -1,0 +1,41 @@
+// The sensor's mounting, followed over time: pitch, roll and height against calibration.
+#pragma once
+
+#include <deque>
+
+#include <lamina/frontend/floor/floor_options.hpp>
+#include <lamina/frontend/floor/floor_result.hpp>
+#include <lamina/frontend/floor/leveling.hpp>
+
+namespace lamina {
+
+/// A Kalman filter on (roll, pitch, height) with a slow random walk. A measurement beyond four
+/// sigmas is set aside; when `confirm_frames` of them in a row agree, the mounting was knocked and
+/// the state starts anew there. When they do not agree the camera is not rigidly mounted
+/// (`rigid` false) and the state stays what it was.
+class MountingTracker {
+ public:
+  explicit MountingTracker(const FloorOptions& options) : options_(options) {}
+
+  /// Takes one frame's floor. `covariance` of its plane in Plane's tangent (tilt, tilt, rho).
+  void update(const SE3& T_body_camera_calibrated, const Plane& floor_camera,
+              const Eigen::Matrix3d& covariance);
+  /// A frame without a floor: nothing changes, `changed` is cleared.
+  void skip(const SE3& T_body_camera_calibrated);
+  const MountingEstimate& estimate() const { return estimate_; }
+  bool started() const { return estimate_.frames > 0; }
+
+ private:
+  void set_aside(const Eigen::Vector3d& measured, const Eigen::Matrix3d& R);
+  void publish(const SE3& T_body_camera_calibrated);
+
+  FloorOptions options_;
+  Eigen::Vector3d state_ = Eigen::Vector3d::Zero();  ///< roll, pitch (rad), height (m)
+  Eigen::Matrix3d P_ = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d reported_ = Eigen::Vector3d::Zero();
+  std::deque<Eigen::Vector3d> aside_;
+  int erratic_ = 0;
+  MountingEstimate estimate_;
+};
+
+}  // namespace lamina

@@ -1,0 +1,66 @@
+// Whole planes over the block image: growth from seeds, merging, and the fight for borders.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <lamina/frontend/floor/blocks.hpp>
+#include <lamina/frontend/floor/recursive_ransac.hpp>
+
+namespace lamina {
+
+struct PlaneRegion {
+  DisparityPlane plane = DisparityPlane::Zero();
+  DisparitySums sums;
+  int blocks = 0;
+  std::int64_t pixels = 0;  ///< after the pixel pass; before it those of its blocks
+};
+
+/// Labels of blocks and the planes they belong to. A block joins a plane when its mean lies within
+/// `sigmas` standard errors (its own, the plane's prediction and the shared floor) and its pixels'
+/// slope agrees. All decisions depend on the input alone: no randomness, no threads.
+class PlaneRegions {
+ public:
+  void start(const BlockImage& blocks, const DisparityGeometry& g, const BlockNoise& noise,
+             double sigmas);
+  std::span<const std::int16_t> labels() const { return labels_; }
+  const std::vector<PlaneRegion>& regions() const { return regions_; }
+  std::vector<PlaneRegion>& regions() { return regions_; }
+
+  /// Floods from the seeds over all free blocks, refitting as it grows. Returns the new region's
+  /// index; -1 (and the seeds stay free) when it stays below `min_pixels`.
+  int grow(std::span<const int> seeds, const DisparityPlane& plane, double min_pixels);
+  /// Joins regions whose planes differ by no more than noise where either has its pixels, apart or
+  /// not: a wall behind a pillar is one wall. Best pairs first.
+  void merge();
+  /// Blocks between regions go to the plane that fits best; free ones that fit join. Then refits.
+  void settle_borders(int passes);
+  /// Drops regions below `min_pixels` and sorts the rest, largest first (ties: by index).
+  void keep_largest(double min_pixels);
+
+ private:
+  struct Test {
+    Eigen::Vector3f plane;
+    Eigen::Matrix3f covariance;
+  };
+  bool fits(const Block& block, const Test& test) const;
+  Test test_of(const DisparityPlane& plane, const DisparitySums& sums) const;
+  void flood(int label, DisparitySums& sums, DisparityPlane& plane);
+  bool refit_members(int label, DisparitySums& sums, DisparityPlane& plane);
+  std::optional<double> merge_cost(const PlaneRegion& a, const PlaneRegion& b) const;
+  void relabel(std::int16_t from, std::int16_t to);
+  void recount();
+  bool settle_block(int column, int row, std::span<const Test> tests);
+
+  const BlockImage* blocks_ = nullptr;
+  DisparityGeometry geometry_;
+  BlockNoise noise_;
+  float gate2_ = 16;  ///< sigmas squared
+  std::vector<std::int16_t> labels_;
+  std::vector<PlaneRegion> regions_;
+  std::vector<int> queue_, members_;
+};
+
+}  // namespace lamina
