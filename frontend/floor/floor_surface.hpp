@@ -12,8 +12,11 @@ namespace lamina {
 /// What one ground cell holds. Heights in m along body z.
 struct GroundCell {
   float height = std::numeric_limits<float>::quiet_NaN();  ///< measured surface, mean; NaN: unseen
-  float sigma = 0;     ///< m, standard error of `height` against the floor beside it
-  float residual = 0;  ///< m, height above the locally refitted floor surface
+  float sigma = 0;  ///< m, standard error of `height` against the floor beside it
+  float residual =
+      std::numeric_limits<float>::quiet_NaN();  ///< m above the floor refitted beside it
+  float information = 0;      ///< 1/m^2 of `residual`, independent noise; 0: no evidence
+  float shared_variance = 0;  ///< m^2 of `residual` that neighbouring cells share
   float top = std::numeric_limits<float>::quiet_NaN();  ///< highest surface met in the cell
   std::int32_t pixels = 0;
   std::int16_t plane =

@@ -186,7 +186,9 @@ void GroundMapper::map(const PlaneExtractor& extractor, FloorResult& result) {
     for (int j = 0; j < ny_; ++j) {
       const std::size_t k = static_cast<std::size_t>(i * ny_ + j);
       GroundCell& cell = result.surface.at(i, j);
-      if (std::isfinite(residuals[k])) cell.residual = residuals[k];
+      cell.residual = residuals[k];
+      cell.information = evidence_.cells[k].information;
+      cell.shared_variance = evidence_.cells[k].shared_variance;
       const bool stands_above = sums_[k].above > 0 && sums_[k].top > kBand;
       if (!stands_above) continue;
       const Eigen::Vector2d c = result.surface.center(i, j);

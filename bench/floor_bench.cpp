@@ -1,0 +1,522 @@
+// The floor front-end's table: speed, planes, plates, false alarms, heights, mounting, recordings.
+//   floor_bench all | time | planes | apart | plates | flat | heights | mounting
+//   floor_bench real FOLDER        a recording's floor, frame by frame
+//   floor_bench picture SCENE|FOLDER INDEX FILE.ppm   labels as colours
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <map>
+#include <string>
+
+#include <lamina/frontend/floor/floor_frontend.hpp>
+#include <lamina/frontend/floor/floor_memory.hpp>
+#include <lamina/frontend/floor/leveling.hpp>
+#include <lamina/sim/sim_recording.hpp>
+
+using namespace lamina;
+
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+// A scene with a camera whose believed mounting may be off.
+struct Stage {
+  Stage(const std::string& scene, const sim::Parameters& parameters, std::uint64_t seed)
+      : world(sim::make_scene(scene, parameters)),
+        caster(world.scene),
+        renderer(caster, world.rig.depth->camera, world.rig.depth->effects, seed) {}
+
+  SE3 T_true() const { return world.rig.depth->camera.camera.T_body_camera; }
+  // Believed mounting: roll, pitch (rad) and height (m) off.
+  DepthFrame frame(const SE3& T_map_body, std::uint64_t index, double roll = 0, double pitch = 0,
+                   double height = 0) {
+    const SE3 T_map_camera = T_map_body * T_true();
+    truth = renderer.truth(T_map_camera);
+    DepthFrame f = renderer.measure(truth, T_map_camera, Timestamp(), index);
+    const SE3& T = f.camera.camera.T_body_camera;
+    f.camera.camera.T_body_camera =
+        SE3(SO3::exp({roll, pitch, 0}) * T.so3(), T.translation() + Eigen::Vector3d(0, 0, height));
+    return f;
+  }
+  int plane_id(int u, int v) const {
+    const int surface = truth.surface[truth.index(u, v)];
+    return surface < 0 ? -1 : caster.plane_of(surface);
+  }
+
+  sim::World world;
+  sim::Caster caster;
+  sim::DepthRenderer renderer;
+  sim::DepthTruth truth;
+};
+
+double quantile(std::vector<double> v, double q) {
+  if (v.empty()) return 0;
+  std::sort(v.begin(), v.end());
+  return v[std::min(v.size() - 1, static_cast<std::size_t>(q * static_cast<double>(v.size())))];
+}
+
+SE3 pose_on_path(const sim::World& world, double s) {
+  const double t = s * world.path.duration();
+  return world.path.at(t);
+}
+
+// ---------------------------------------------------------------------------------- speed
+void print_times(const char* name, std::vector<FloorStageTimes>& times) {
+  const auto column = [&](auto get, double q) {
+    std::vector<double> v;
+    for (const auto& t : times) v.push_back(get(t));
+    return quantile(v, q);
+  };
+  const auto stage = [](const FloorStageTimes& t) { return t.plane_stage_ms(); };
+  const auto total = [](const FloorStageTimes& t) { return t.total_ms(); };
+  std::printf("%-14s plane stage %.2f ms (min %.2f, p99 %.2f) chain %.2f (min %.2f)", name,
+              column(stage, 0.5), column(stage, 0), column(stage, 0.99), column(total, 0.5),
+              column(total, 0));
+  std::printf(
+      "  = %.2f disparity + %.2f blocks + %.2f planes + %.2f pixels + %.2f output + %.2f surface\n",
+      column([](const auto& t) { return t.disparity_ms; }, 0.5),
+      column([](const auto& t) { return t.blocks_ms; }, 0.5),
+      column([](const auto& t) { return t.planes_ms; }, 0.5),
+      column([](const auto& t) { return t.refine_ms; }, 0.5),
+      column([](const auto& t) { return t.output_ms; }, 0.5),
+      column([](const auto& t) { return t.surface_ms; }, 0.5));
+}
+
+void bench_time() {
+  for (const char* scene : {"flat", "room", "steps", "stairs_down"}) {
+    Stage stage(scene, {}, 1);
+    FloorFrontend frontend;
+    std::vector<FloorStageTimes> times;
+    for (int i = 0; i < 8; ++i) {
+      const DepthFrame f =
+          stage.frame(pose_on_path(stage.world, i / 8.0), static_cast<std::uint64_t>(i));
+      for (int k = 0; k < 12; ++k) times.push_back(frontend.process(f).times);
+    }
+    print_times(scene, times);
+  }
+}
+
+// ---------------------------------------------------------------------------------- planes
+struct Score {
+  int truth = 0, matched_truth = 0, found = 0, matched_found = 0;
+};
+
+// Intersection over union of at least 80 % between a found plane's pixels and a true plane's.
+Score score_planes(const Stage& stage, const DepthFrame& f, const FloorResult& r, int least,
+                   bool verbose) {
+  std::map<int, int> truth_px, found_px;
+  std::map<std::pair<int, int>, int> both;
+  for (int v = 0; v < f.height(); ++v) {
+    for (int u = 0; u < f.width(); ++u) {
+      if (f.raw_at(u, v) == 0) continue;
+      const int t = stage.plane_id(u, v), k = r.plane_at(u, v, f.width());
+      if (t >= 0) ++truth_px[t];
+      if (k >= 0) ++found_px[k];
+      if (t >= 0 && k >= 0) ++both[{t, k}];
+    }
+  }
+  Score s;
+  for (const auto& [t, n] : truth_px) {
+    if (n < least) continue;
+    ++s.truth;
+    bool hit = false;
+    int best = 0, best_k = -1;
+    for (const auto& [key, m] : both) {
+      if (key.first != t) continue;
+      hit |= m >= 0.8 * (n + found_px[key.second] - m);
+      if (m > best) {
+        best = m;
+        best_k = key.second;
+      }
+    }
+    if (verbose && !hit) {
+      std::printf("    missed %-22s %6d px, best %d (its %d)\n",
+                  stage.world.scene.planes()[static_cast<std::size_t>(t)].name.c_str(), n, best,
+                  best_k >= 0 ? found_px[best_k] : 0);
+    }
+    s.matched_truth += hit;
+  }
+  for (const auto& [k, n] : found_px) {
+    if (n < least) continue;
+    ++s.found;
+    bool hit = false;
+    for (const auto& [key, m] : both) {
+      hit |= key.second == k && m >= 0.8 * (n + truth_px[key.first] - m);
+    }
+    s.matched_found += hit;
+  }
+  return s;
+}
+
+void bench_planes(bool verbose) {
+  Score all;
+  for (const char* scene : {"room", "steps", "stairs_down", "flat"}) {
+    Score sum;
+    for (int i = 0; i < 20; ++i) {
+      Stage stage(scene, {}, static_cast<std::uint64_t>(i) + 1);
+      FloorFrontend frontend;
+      const DepthFrame f =
+          stage.frame(pose_on_path(stage.world, i / 20.0), static_cast<std::uint64_t>(i));
+      const FloorResult r = frontend.process(f);
+      const Score s = score_planes(stage, f, r, 1000, verbose);
+      sum.truth += s.truth;
+      sum.matched_truth += s.matched_truth;
+      sum.found += s.found;
+      sum.matched_found += s.matched_found;
+    }
+    std::printf("%-14s recall %.3f (%d of %d) precision %.3f (%d of %d)\n", scene,
+                sum.matched_truth / std::max(1.0, 1.0 * sum.truth), sum.matched_truth, sum.truth,
+                sum.matched_found / std::max(1.0, 1.0 * sum.found), sum.matched_found, sum.found);
+    all.truth += sum.truth;
+    all.matched_truth += sum.matched_truth;
+    all.found += sum.found;
+    all.matched_found += sum.matched_found;
+  }
+  std::printf("%-14s recall %.3f precision %.3f\n", "all",
+              all.matched_truth / std::max(1.0, 1.0 * all.truth),
+              all.matched_found / std::max(1.0, 1.0 * all.found));
+}
+
+// Share of a surface's pixels whose label is not the floor's but its own.
+void bench_apart() {
+  std::map<std::string, std::vector<double>> share;
+  for (int i = 0; i < 20; ++i) {
+    Stage stage("steps", {}, static_cast<std::uint64_t>(i) + 1);
+    FloorFrontend frontend;
+    const DepthFrame f =
+        stage.frame(pose_on_path(stage.world, i / 20.0), static_cast<std::uint64_t>(i));
+    const FloorResult r = frontend.process(f);
+    std::map<int, std::map<int, int>> votes;
+    std::map<int, int> total;
+    for (int v = 0; v < f.height(); ++v) {
+      for (int u = 0; u < f.width(); ++u) {
+        const int t = stage.plane_id(u, v);
+        if (t < 0 || f.raw_at(u, v) == 0) continue;
+        ++total[t];
+        ++votes[t][r.plane_at(u, v, f.width())];
+      }
+    }
+    for (const auto& [t, n] : total) {
+      const std::string& name = stage.world.scene.planes()[static_cast<std::size_t>(t)].name;
+      if (n < 1000 ||
+          (name.find("top") == std::string::npos && name.find("ramp") == std::string::npos))
+        continue;
+      int best = 0;
+      for (const auto& [k, m] : votes[t]) {
+        if (k >= 0 && k != r.dominant) best = std::max(best, m);
+      }
+      share[name].push_back(1.0 * best / n);
+    }
+  }
+  for (const auto& [name, v] : share) {
+    double mean = 0;
+    for (double x : v) mean += x / static_cast<double>(v.size());
+    std::printf("%-22s own pixels mean %.3f least %.3f (%zu frames)\n", name.c_str(), mean,
+                quantile(v, 0), v.size());
+  }
+}
+
+// ---------------------------------------------------------------------------------- low obstacles
+bool covers(const std::vector<LowObstacle>& found, const Eigen::Vector2d& c, double reach) {
+  for (const auto& o : found) {
+    if ((o.center_body - c).norm() < reach) return true;
+  }
+  return false;
+}
+
+void bench_plates(int seeds) {
+  const std::vector<double> distances{1.0, 1.5, 2.0, 2.5, 3.0};
+  std::map<double, std::pair<int, int>> thin, thick, ten;
+  double height_error = 0;
+  int heights = 0, false_patches = 0;
+  for (int seed = 0; seed < seeds; ++seed) {
+    Stage stage("plates", {}, static_cast<std::uint64_t>(seed) + 1);
+    const double roll = std::sin(seed * 1.7) * kDegree, pitch = std::cos(seed * 2.3) * kDegree;
+    FloorFrontend frontend;
+    FloorMemory memory(frontend.options());
+    for (int k = 0; k < 10; ++k) {
+      const DepthFrame f = stage.frame(SE3(), static_cast<std::uint64_t>(k), roll, pitch);
+      const FloorResult r = frontend.process(f);
+      memory.add(r, SE3());
+      if (k > 0 && k < 9) continue;
+      const auto found = k == 0 ? r.low_obstacles : memory.low_obstacles();
+      for (std::size_t i = 0; i < distances.size(); ++i) {
+        const double y = 0.16 + 0.06 * static_cast<double>(i);
+        const bool hit = covers(found, {distances[i], y}, 0.12);
+        if (k == 0) {
+          auto& t = thin[distances[i]];
+          t.first += hit;
+          ++t.second;
+          auto& w = thick[distances[i]];
+          w.first += covers(found, {distances[i], -y}, 0.12);
+          ++w.second;
+        } else {
+          auto& t = ten[distances[i]];
+          t.first += hit;
+          ++t.second;
+        }
+      }
+      if (k > 0) continue;
+      for (const auto& o : found) {
+        bool real = false;
+        for (std::size_t i = 0; i < distances.size(); ++i) {
+          const double y = 0.16 + 0.06 * static_cast<double>(i);
+          for (const double side : {1.0, -1.0}) {
+            if ((o.center_body - Eigen::Vector2d(distances[i], side * y)).norm() > 0.2) continue;
+            real = true;
+            height_error += std::abs(o.height - (side > 0 ? 0.01 : 0.02));
+            ++heights;
+          }
+        }
+        false_patches += !real;
+      }
+    }
+  }
+  for (double d : distances) {
+    std::printf("plate at %.1f m: 1 cm %.1f %%  2 cm %.1f %%  1 cm after ten frames %.1f %%\n", d,
+                100.0 * thin[d].first / thin[d].second, 100.0 * thick[d].first / thick[d].second,
+                100.0 * ten[d].first / ten[d].second);
+  }
+  std::printf("plates: mean height error %.2f mm, %d false patches in %d frames\n",
+              1000 * height_error / std::max(1, heights), false_patches, seeds);
+}
+
+void bench_flat(int frames) {
+  std::int64_t cells = 0, seen = 0, patches = 0;
+  double worst_height = 0, worst_tilt = 0;
+  int not_found = 0;
+  for (int i = 0; i < frames; ++i) {
+    if (i % 20 != 0) continue;
+    Stage stage("flat", {}, static_cast<std::uint64_t>(i) + 1);
+    for (int k = 0; k < 20; ++k) {
+      const double roll = std::sin((i + k) * 1.7) * kDegree,
+                   pitch = std::cos((i + k) * 2.3) * kDegree;
+      FloorFrontend frontend;
+      const FloorResult r =
+          frontend.process(stage.frame(SE3(), static_cast<std::uint64_t>(k), roll, pitch));
+      not_found += r.status != FloorStatus::kFound;
+      for (const auto& o : r.low_obstacles) {
+        ++patches;
+        cells += static_cast<std::int64_t>(o.cells.size());
+      }
+      cells += static_cast<std::int64_t>(r.obstacle_points_body.size());
+      for (const auto& c : r.surface.cells()) seen += c.pixels > 0;
+      if (!r.floor_camera) continue;
+      const Leveling l = leveling_of(stage.T_true(), *r.floor_camera);
+      worst_tilt = std::max(worst_tilt, std::hypot(l.roll, l.pitch));
+      worst_height = std::max(worst_height, std::abs(l.height - stage.T_true().translation().z()));
+    }
+  }
+  std::printf(
+      "flat: %lld false cells of %lld seen (%.4f %%), %lld patches, %d frames; floor missed %d; "
+      "worst height %.2f mm, tilt %.4f deg\n",
+      static_cast<long long>(cells), static_cast<long long>(seen),
+      100.0 * static_cast<double>(cells) / static_cast<double>(std::max<std::int64_t>(1, seen)),
+      static_cast<long long>(patches), frames, not_found, 1000 * worst_height,
+      worst_tilt / kDegree);
+}
+
+// ---------------------------------------------------------------------------------- Table 1
+void bench_heights(int seeds) {
+  for (const char* sensor : {"kinect", "stereo"}) {
+    for (const auto& sections :
+         {std::array{3, 2}, std::array{4, 3}, std::array{8, 6}, std::array{12, 9}}) {
+      double sum[2] = {0, 0};
+      int count[2] = {0, 0};
+      for (int seed = 0; seed < seeds; ++seed) {
+        sim::Parameters parameters{{"camera.model", sensor}};
+        if (std::strcmp(sensor, "stereo") == 0) {
+          parameters["camera.baseline_m"] = "0.24";
+          parameters["camera.fx"] = "491.5";
+        }
+        Stage stage("obstacle_bed", parameters, static_cast<std::uint64_t>(seed) + 1);
+        FloorOptions options;
+        options.sections = sections;
+        options.roi_m = {6.0, 4.2, 0.75};
+        FloorFrontend frontend(options);
+        const SE3 pose = pose_on_path(stage.world, seed / static_cast<double>(seeds));
+        const FloorResult r = frontend.process(stage.frame(pose, 0));
+        if (r.surface.empty()) continue;
+        // Highest cell over each box, where the box is well in view.
+        for (const auto& plane : stage.world.scene.planes()) {
+          if (plane.name.rfind("box.", 0) != 0 || plane.name.find("top") == std::string::npos)
+            continue;
+          Eigen::Vector3d c = Eigen::Vector3d::Zero();
+          for (const auto& x : plane.outline_map)
+            c += x / static_cast<double>(plane.outline_map.size());
+          const Eigen::Vector3d b = pose.inverse() * c;
+          const double range = (b - stage.T_true().translation()).norm();
+          double top = -1;
+          int cells = 0;
+          for (int i = 0; i < r.surface.nx(); ++i) {
+            for (int j = 0; j < r.surface.ny(); ++j) {
+              if ((r.surface.center(i, j) - b.head<2>()).norm() > 0.08) continue;
+              const auto& cell = r.surface.at(i, j);
+              if (!(cell.pixels > 0)) continue;
+              ++cells;
+              top = std::max(top, static_cast<double>(cell.top));
+            }
+          }
+          if (cells < 2 || range > 5.5) continue;
+          const int band = range < 3 ? 0 : 1;
+          sum[band] += std::abs(top - c.z());
+          ++count[band];
+        }
+      }
+      std::printf("%-7s %2d x %d: < 3 m %.2f cm (%d), 3 to 5.5 m %.2f cm (%d)\n", sensor,
+                  sections[0], sections[1], 100 * sum[0] / std::max(1, count[0]), count[0],
+                  100 * sum[1] / std::max(1, count[1]), count[1]);
+    }
+  }
+}
+
+// ---------------------------------------------------------------------------------- mounting
+void bench_mounting() {
+  for (const char* scene : {"flat", "room", "steps", "stairs_down"}) {
+    double worst_tilt = 0, worst_height = 0, tracked_tilt = 0, tracked_height = 0;
+    int found = 0, all = 0;
+    for (int a = -5; a <= 5; ++a) {
+      Stage stage(scene, {}, static_cast<std::uint64_t>(a + 6));
+      FloorFrontend frontend;
+      FloorResult r;
+      for (int k = 0; k < 6; ++k) {
+        const SE3 pose = pose_on_path(stage.world, 0.02 * k);
+        r = frontend.process(stage.frame(pose, static_cast<std::uint64_t>(k),
+                                         a * kDegree * (a % 2 ? 1 : -1), a * kDegree,
+                                         0.01 * (a % 3)));
+        ++all;
+        if (!r.floor_camera) continue;
+        ++found;
+        const Leveling l = leveling_of(stage.T_true(), *r.floor_camera);
+        worst_tilt = std::max(worst_tilt, std::hypot(l.roll, l.pitch));
+        worst_height =
+            std::max(worst_height, std::abs(l.height - stage.T_true().translation().z()));
+      }
+      const SE3 difference = r.mounting.T_body_camera * stage.T_true().inverse();
+      tracked_tilt = std::max(tracked_tilt, difference.so3().log().head<2>().norm());
+      tracked_height =
+          std::max(tracked_height, std::abs(r.mounting.height - stage.T_true().translation().z()));
+    }
+    std::printf(
+        "%-12s floor in %d of %d; single frame worst %.3f deg %.2f mm; tracked %.3f deg %.2f mm\n",
+        scene, found, all, worst_tilt / kDegree, 1000 * worst_height, tracked_tilt / kDegree,
+        1000 * tracked_height);
+  }
+}
+
+// ---------------------------------------------------------------------------------- recordings
+void bench_real(const char* folder, bool verbose) {
+  const auto recording = open_recording(folder);
+  FloorFrontend frontend;
+  std::vector<double> heights, tilts;
+  std::vector<FloorStageTimes> times;
+  std::map<std::string, int> status;
+  int low = 0, planes = 0, frames = 0;
+  double share = 0;
+  while (const auto m = recording->next()) {
+    const DepthFrame* f = std::get_if<DepthFrame>(&*m);
+    if (!f) continue;
+    const FloorResult r = frontend.process(*f);
+    ++frames;
+    ++status[to_string(r.status)];
+    times.push_back(r.times);
+    low += static_cast<int>(r.low_obstacles.size());
+    planes += static_cast<int>(r.planes.size());
+    if (r.floor_camera) {
+      const Leveling l = leveling_of(f->camera.camera.T_body_camera, *r.floor_camera);
+      heights.push_back(l.height);
+      tilts.push_back(std::hypot(l.roll, l.pitch) / kDegree);
+      share += static_cast<double>(r.planes[static_cast<std::size_t>(r.dominant)].pixels) /
+               (f->width() * f->height());
+    }
+    if (verbose) {
+      std::printf("%4d %-9s planes %2zu low %2zu", frames - 1, to_string(r.status), r.planes.size(),
+                  r.low_obstacles.size());
+      if (r.floor_camera)
+        std::printf(" height %.3f tilt %.2f tracked %.3f rigid %d", heights.back(), tilts.back(),
+                    r.mounting.height, r.mounting.rigid);
+      std::printf(" %s\n", r.reason.c_str());
+    }
+  }
+  double mean = 0, var = 0;
+  for (double h : heights) mean += h / static_cast<double>(heights.size());
+  for (double h : heights) var += (h - mean) * (h - mean) / static_cast<double>(heights.size());
+  std::printf("%s: %d frames,", folder, frames);
+  for (const auto& [s, n] : status) std::printf(" %s %d,", s.c_str(), n);
+  std::printf(
+      " height %.3f m sd %.1f mm, tilt %.1f..%.1f deg, floor share %.2f, planes a frame %.1f, low "
+      "patches a frame %.2f\n",
+      mean, 1000 * std::sqrt(var), quantile(tilts, 0), quantile(tilts, 1),
+      share / std::max<std::size_t>(1, heights.size()), 1.0 * planes / frames, 1.0 * low / frames);
+  print_times("  times", times);
+}
+
+void write_picture(const DepthFrame& f, const FloorResult& r, const char* file) {
+  std::ofstream out(file, std::ios::binary);
+  out << "P6\n" << f.width() << ' ' << f.height() << "\n255\n";
+  for (int v = 0; v < f.height(); ++v) {
+    for (int u = 0; u < f.width(); ++u) {
+      const int k = r.plane_at(u, v, f.width());
+      const int grey = std::min(255, static_cast<int>(f.depth_m(u, v) * 40));
+      unsigned char c[3] = {static_cast<unsigned char>(grey), static_cast<unsigned char>(grey),
+                            static_cast<unsigned char>(grey)};
+      if (k >= 0) {
+        c[0] = static_cast<unsigned char>(60 + (k * 97 + 40) % 190);
+        c[1] = static_cast<unsigned char>(60 + (k * 53 + 110) % 190);
+        c[2] = static_cast<unsigned char>(60 + (k * 151 + 70) % 190);
+      }
+      out.write(reinterpret_cast<const char*>(c), 3);
+    }
+  }
+  for (const auto& p : r.planes) {
+    std::printf("  %7lld px kind %d slope %.1f height %.3f area %.2f rms %.3f corners %zu\n",
+                static_cast<long long>(p.pixels), static_cast<int>(p.kind), p.slope / kDegree,
+                p.height, p.area, p.rms_px, p.outline_camera.size());
+  }
+  for (const auto& o : r.low_obstacles) {
+    std::printf("  low at (%.2f, %.2f) %.1f mm +- %.1f, %zu cells\n", o.center_body.x(),
+                o.center_body.y(), 1000 * o.height, 1000 * o.sigma, o.cells.size());
+  }
+}
+
+void picture(const char* input, int index, const char* file) {
+  FloorFrontend frontend;
+  if (std::strchr(input, '/') == nullptr) {
+    Stage stage(input, {}, static_cast<std::uint64_t>(index) + 1);
+    const DepthFrame f =
+        stage.frame(pose_on_path(stage.world, index / 20.0), static_cast<std::uint64_t>(index));
+    const FloorResult r = frontend.process(f);
+    write_picture(f, r, file);
+    score_planes(stage, f, r, 1000, true);
+    return;
+  }
+  const auto recording = open_recording(input);
+  int i = 0;
+  while (const auto m = recording->next()) {
+    const DepthFrame* f = std::get_if<DepthFrame>(&*m);
+    if (!f) continue;
+    const FloorResult r = frontend.process(*f);
+    if (i++ == index) return write_picture(*f, r, file);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string verb = argc > 1 ? argv[1] : "all";
+  const bool all = verb == "all";
+  const int count = argc > 2 && verb != "real" && verb != "picture" ? std::atoi(argv[2]) : 0;
+  if (verb == "real" && argc > 2) bench_real(argv[2], argc > 3);
+  if (verb == "picture" && argc > 4) picture(argv[2], std::atoi(argv[3]), argv[4]);
+  if (all || verb == "time") bench_time();
+  if (all || verb == "planes") bench_planes(argc > 2);
+  if (all || verb == "apart") bench_apart();
+  if (all || verb == "plates") bench_plates(count > 0 ? count : 50);
+  if (all || verb == "flat") bench_flat(count > 0 ? count : 1000);
+  if (all || verb == "heights") bench_heights(count > 0 ? count : 20);
+  if (all || verb == "mounting") bench_mounting();
+  return 0;
+}
