@@ -11,9 +11,10 @@ Verb config_verb() {
   return {"config", "prints every setting with its default and meaning",
           "lamina config --defaults > settings.yaml", [](CLI::App& app) {
             auto markdown = std::make_shared<bool>(false);
-            app.add_flag("--defaults", "commented YAML of all defaults (what is printed anyway)");
+            auto defaults = std::make_shared<bool>(true);
+            app.add_flag("--defaults", *defaults, "commented YAML of all defaults: the default");
             app.add_flag("--markdown", *markdown, "the same as a table: docs/parameters.md");
-            return [markdown]() {
+            return [markdown, defaults]() {
               std::cout << (*markdown ? to_markdown(Settings{}) : to_yaml(Settings{}, true));
               return kDone;
             };

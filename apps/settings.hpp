@@ -7,8 +7,11 @@
 #include <vector>
 
 #include <lamina/apps/setting.hpp>
-#include <lamina/backend/mapper.hpp>
-#include <lamina/frontend/segments/segment_frontend.hpp>
+#include <lamina/backend/mapper_options.hpp>
+#include <lamina/frontend/floor/floor_options.hpp>
+#include <lamina/frontend/odometry/loop_closer.hpp>
+#include <lamina/frontend/odometry/scan_odometry.hpp>
+#include <lamina/frontend/segments/segment_options.hpp>
 
 namespace lamina::apps {
 
@@ -23,8 +26,14 @@ struct Settings {
   int seed = 1;
   int threads = 1;
   double checkpoint_interval = 30;  ///< s
+  double grid_resolution = 0.05;    ///< m
   RobotOptions robot;
-  SegmentFrontendOptions segments;
+  FloorOptions floor;
+  SegmentOptions segments;
+  TrackingOptions tracking;
+  ScanOdometryOptions scan_odometry;
+  bool close_loops = true;  ///< look for places met again by matching scans
+  LoopCloserOptions loops;
   MapperOptions mapper;
 };
 

@@ -1,0 +1,16 @@
+// Dead reckoning with loops closed: what offline mapping starts from.
+#pragma once
+
+#include <vector>
+
+#include <lamina/apps/front_end.hpp>
+#include <lamina/models/trajectory.hpp>
+
+namespace lamina::apps {
+
+/// Replaces each step's motion by that of a trajectory in which loops are closed (given at the
+/// scans; steps in between keep their motion relative to the scan before). Association then meets
+/// old planes where they are instead of metres away. Covariances stay those of the motion.
+void follow(std::vector<Step>& steps, const Trajectory& corrected);
+
+}  // namespace lamina::apps

@@ -1,0 +1,36 @@
+// What `lamina evaluate` compares, prints and writes.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <lamina/apps/grid_error.hpp>
+#include <lamina/apps/plane_error.hpp>
+#include <lamina/apps/trajectory_error.hpp>
+
+namespace lamina::apps {
+
+struct Evaluation {
+  std::optional<TrajectoryError> trajectory;
+  std::optional<PlaneErrors> planes;
+  std::optional<GridErrors> grid;
+  std::vector<std::string> remarks;  ///< what could not be compared, and why
+};
+
+struct EvaluationLimits {
+  std::optional<double> max_ate_m, max_rpe_m, max_plane_rho_m, max_plane_angle_deg, max_false_free;
+  std::optional<int> max_missed;
+};
+
+/// `map`: an output folder; `truth`: a dataset folder with groundtruth.txt (and truth.yaml), or a
+/// TUM file. Throws lamina::Error when a file is absent or damaged, or nothing can be compared.
+Evaluation evaluate(const std::filesystem::path& map, const std::filesystem::path& truth);
+
+std::string to_text(const Evaluation& evaluation);
+void write_evaluation(const std::filesystem::path& file, const Evaluation& evaluation);
+/// One line for each limit that is exceeded or cannot be checked.
+std::vector<std::string> exceeded(const Evaluation& evaluation, const EvaluationLimits& limits);
+
+}  // namespace lamina::apps

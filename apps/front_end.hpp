@@ -1,0 +1,59 @@
+// From measurements to what the mapper takes: one step for every scan and depth frame.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include <lamina/apps/settings.hpp>
+#include <lamina/apps/wheel_track.hpp>
+#include <lamina/frontend/floor/floor_frontend.hpp>
+#include <lamina/frontend/observation.hpp>
+#include <lamina/frontend/odometry/scan_odometry.hpp>
+#include <lamina/frontend/segments/segment_frontend.hpp>
+#include <lamina/io/metrics.hpp>
+#include <lamina/sensors/measurement.hpp>
+
+namespace lamina::apps {
+
+/// What one instant gave.
+struct Step {
+  Observations observations;
+  Increment motion;               ///< of the body since the step before; identity for the first
+  bool motion_known = true;       ///< false: nothing measured it (constant velocity was assumed)
+  SE3 T_start_body;               ///< all motions so far, chained: dead reckoning
+  std::optional<LaserScan> scan;  ///< as measured, for loop closing and the occupancy grid
+  std::optional<ScanMotion> scan_motion;  ///< since the last scan, where this is one
+};
+
+/// Routes each measurement to its front-end and works out how the body moved since the last step:
+/// wheels where there are any, refined by matching scans; scans or depth images alone otherwise.
+class FrontEnd {
+ public:
+  FrontEnd(const Settings& settings, const Calibration& calibration);
+
+  /// nullopt for measurements that make no step of their own (odometry, accelerometer) or that
+  /// could not be used (counted in skipped()). Stage times go to `metrics`.
+  std::optional<Step> process(const Measurement& measurement, io::Metrics& metrics);
+  /// Measurements that were left out, by reason.
+  std::map<std::string, std::int64_t> skipped() const;
+
+ private:
+  std::optional<Step> process_scan(const LaserScan& scan, io::Metrics& metrics);
+  std::optional<Step> process_depth(const DepthFrame& frame, SensorKind kind, io::Metrics& metrics);
+  /// Chains the pose on and gives the increment since the last step.
+  Increment advance(const SE3& T_start_body, const Matrix6d& covariance, Timestamp stamp);
+  bool out_of_order(Timestamp stamp);
+
+  WheelTrack wheels_;
+  FloorFrontend floor_;
+  SegmentFrontend segments_;
+  ScanOdometry scan_odometry_;
+  SE3 T_start_body_;  // the chain of increments handed out so far
+  std::optional<Timestamp> last_step_;
+  std::optional<Timestamp> last_scan_;
+  SE3 T_start_scan_body_;  // the chain at the last scan
+  std::map<std::string, std::int64_t> skipped_;
+};
+
+}  // namespace lamina::apps

@@ -1,0 +1,35 @@
+// `lamina map`: options of the verb.
+#include <CLI/CLI.hpp>
+
+#include <lamina/apps/mapping.hpp>
+#include <lamina/apps/verbs.hpp>
+
+namespace lamina::apps {
+
+Verb map_verb() {
+  return {
+      "map", "maps a recording or a live sensor",
+      "lamina map recording.log --output out/recording --set window.keyframes=30",
+      [](CLI::App& app) {
+        auto request = std::make_shared<MapRequest>();
+        auto mode = std::make_shared<std::string>("offline");
+        app.add_option("INPUT", request->input,
+                       "dataset folder, .oni, .log, .clf, .rawlog, .bag, .pcd, or openni:[URI]")
+            ->required();
+        app.add_option("--output", request->output, "folder for the results")->required();
+        app.add_option("--config", request->config, "YAML file of settings");
+        app.add_option("--set", request->assignments, "key=value, as often as needed")->take_all();
+        app.add_option("--mode", *mode, "offline: refine all at the end; online: as a robot")
+            ->check(CLI::IsMember({"offline", "online"}));
+        app.add_option("--seed", request->seed, "seed of everything random");
+        app.add_option("--threads", request->threads, "threads; results do not depend on it");
+        app.add_flag("--resume", request->resume, "go on from the last checkpoint");
+        app.add_flag("--quiet", request->quiet, "no progress, warnings only");
+        return [request, mode]() {
+          request->online = *mode == "online";
+          return run_map(*request);
+        };
+      }};
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,46 @@
+// Gathers what a run produces and writes the output folder.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <lamina/apps/front_end.hpp>
+#include <lamina/apps/settings.hpp>
+#include <lamina/backend/mapper.hpp>
+#include <lamina/io/metrics.hpp>
+
+namespace lamina {
+struct RefineResult;
+}
+
+namespace lamina::apps {
+
+class MapOutput {
+ public:
+  MapOutput(std::filesystem::path folder, const Settings& settings);
+
+  io::Metrics metrics;
+
+  /// Keeps the step's scan for scans.csv and the occupancy grid.
+  void add(const Step& step, const AddResult& added);
+  void add_skipped(const std::map<std::string, std::int64_t>& skipped);
+  std::string skipped_text() const;
+  void set_refinement(const RefineResult& result, const Trajectory& before,
+                      const Trajectory& after);
+  /// Writes every file of the contract; each appears whole or not at all.
+  void write(const Mapper& mapper, bool online);
+  /// What was written, one line each, for stdout.
+  std::string summary() const { return summary_; }
+
+ private:
+  void note(const std::string& file, const std::string& what);
+
+  std::filesystem::path folder_;
+  Settings settings_;
+  std::vector<LaserScan> scans_;
+  std::string summary_;
+};
+
+}  // namespace lamina::apps

@@ -1,0 +1,158 @@
+// The straight line of the program: recording, front-end, mapper, refiner, files.
+#include <lamina/apps/mapping.hpp>
+
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <lamina/apps/dead_reckoning.hpp>
+#include <lamina/apps/front_end.hpp>
+#include <lamina/apps/interrupt.hpp>
+#include <lamina/apps/loop_book.hpp>
+#include <lamina/apps/map_output.hpp>
+#include <lamina/apps/progress.hpp>
+#include <lamina/apps/reader.hpp>
+#include <lamina/backend/mapper.hpp>
+#include <lamina/backend/refiner.hpp>
+#include <lamina/io/atomic_file.hpp>
+#include <lamina/models/error.hpp>
+#include <lamina/sensors/recording.hpp>
+
+namespace lamina::apps {
+namespace {
+
+constexpr std::size_t kReadAhead = 16;  // frames: half a second of a 30 Hz camera
+
+void set_up_log(bool quiet) {
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "lamina", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
+  spdlog::set_pattern("%^%l%$: %v");
+  spdlog::set_level(quiet ? spdlog::level::warn : spdlog::level::info);
+}
+
+void refine(Mapper& mapper, MapOutput& output) {
+  const Trajectory before = mapper.trajectory();
+  const RefineResult result = mapper.refine(RefinerOptions{});
+  output.set_refinement(result, before, mapper.trajectory());
+  if (!result.converged()) spdlog::warn("refinement: {}", to_string(result.status));
+}
+
+// The online line: each step is mapped as it comes.
+void map_step(const Step& step, Mapper& mapper, LoopBook& book, MapOutput& output) {
+  const AddResult added =
+      mapper.add(step.observations, step.motion.T_from_to, step.motion.covariance);
+  output.metrics.stages["associate"].add(added.associate_ms);
+  if (added.is_keyframe) output.metrics.stages["window"].add(added.window_ms);
+  if (step.scan) book.note(step.observations.stamp, added, mapper);
+  output.add(step, added);
+}
+
+// Reads everything; `take` gets each step. Ends early on Ctrl-C.
+void for_each_step(Recording& recording, FrontEnd& front_end, MapOutput& output, bool quiet,
+                   const std::function<std::int64_t(Step&&)>& take) {
+  const InterruptGuard interrupt;
+  Reader reader(recording, kReadAhead);
+  Progress progress(recording.size_hint(), quiet);
+  std::int64_t done = 0, planes = 0;
+  while (const auto measurement = reader.next()) {
+    if (auto step = front_end.process(*measurement, output.metrics))
+      planes = take(std::move(*step));
+    progress.update(++done, planes);
+    if (interrupt.interrupted()) {
+      spdlog::warn("interrupted: writing what is there");
+      break;
+    }
+  }
+  reader.stop();
+  progress.finish();
+  output.metrics.stages["decode"] = reader.decode_times();
+}
+
+std::int64_t plane_count(const Mapper& mapper) {
+  return static_cast<std::int64_t>(mapper.graph().planes.size());
+}
+
+// Offline: dead reckoning and loops over the whole recording first, so that the mapper meets old
+// planes where they are; then window, loops and refinement.
+void map_offline(Recording& recording, FrontEnd& front_end, const Settings& settings,
+                 Mapper& mapper, MapOutput& output, bool quiet) {
+  std::vector<Step> steps;
+  std::vector<LoopClosure> loops;
+  LoopCloser closer(settings.loops);
+  const auto gather = [&loops](const std::vector<LoopClosure>& found) {
+    loops.insert(loops.end(), found.begin(), found.end());
+  };
+  for_each_step(recording, front_end, output, quiet, [&](Step&& step) {
+    if (step.scan && settings.close_loops) {
+      const auto timer = output.metrics.time("loops");
+      gather(closer.add(*step.scan, *step.scan_motion));
+    }
+    steps.push_back(std::move(step));
+    return std::int64_t{0};
+  });
+  if (settings.close_loops) gather(closer.finish());
+  if (!loops.empty()) follow(steps, closer.corrected());
+  LoopBook book;
+  for (const Step& step : steps) map_step(step, mapper, book, output);
+  output.metrics.counts["scan_loops"] = book.hand_over(loops, mapper);
+  refine(mapper, output);
+}
+
+// Online: what a robot would have had at each instant.
+void map_online(Recording& recording, FrontEnd& front_end, const Settings& settings, Mapper& mapper,
+                MapOutput& output, bool quiet) {
+  LoopCloser closer(settings.loops);
+  LoopBook book;
+  for_each_step(recording, front_end, output, quiet, [&](Step&& step) {
+    map_step(step, mapper, book, output);
+    if (step.scan && settings.close_loops) {
+      const auto loops = closer.add(*step.scan, *step.scan_motion);
+      if (book.hand_over(loops, mapper) > 0) {
+        output.metrics.counts["scan_loops"] += static_cast<double>(loops.size());
+        const auto timer = output.metrics.time("refine");
+        mapper.refine(RefinerOptions{});
+      }
+    }
+    return plane_count(mapper);
+  });
+}
+
+}  // namespace
+
+Settings settings_of(const MapRequest& request) {
+  Settings settings;
+  if (request.config) load(settings, *request.config);
+  for (const auto& assignment : request.assignments) set_assignment(settings, assignment);
+  if (request.seed) settings.seed = *request.seed;
+  if (request.threads) settings.threads = *request.threads;
+  const auto wrong = problems(settings);
+  if (!wrong.empty()) throw Error("settings: " + wrong.front());
+  return settings;
+}
+
+int run_map(const MapRequest& request) {
+  set_up_log(request.quiet);
+  const Settings settings = settings_of(request);
+  const auto recording = open_recording(request.input);
+  io::make_output_folder(request.output);
+  MapOutput output(request.output, settings);
+  FrontEnd front_end(settings, recording->calibration());
+  Mapper mapper(settings.mapper);
+
+  if (request.online) {
+    map_online(*recording, front_end, settings, mapper, output, request.quiet);
+  } else {
+    map_offline(*recording, front_end, settings, mapper, output, request.quiet);
+  }
+  output.add_skipped(recording->skipped());
+  output.add_skipped(front_end.skipped());
+  if (mapper.trajectory().empty()) {
+    throw Error(request.input + ": found no scan and no depth frame that could be used (" +
+                output.skipped_text() + "), expected at least one");
+  }
+  output.write(mapper, request.online);
+  fmt::print("{}", output.summary());
+  return 0;
+}
+
+}  // namespace lamina::apps

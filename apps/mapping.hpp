@@ -1,0 +1,31 @@
+// `lamina map`: a recording in, a map out.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <lamina/apps/settings.hpp>
+
+namespace lamina::apps {
+
+struct MapRequest {
+  std::string input;
+  std::filesystem::path output;
+  std::optional<std::filesystem::path> config;
+  std::vector<std::string> assignments;  ///< key=value
+  bool online = false;                   ///< false: offline, the whole graph is refined at the end
+  std::optional<int> seed, threads;
+  bool resume = false;
+  bool quiet = false;
+};
+
+/// Settings of a request: defaults, then the file, then --set, --seed, --threads. Throws
+/// lamina::Error for the first problem.
+Settings settings_of(const MapRequest& request);
+
+/// Maps, writes everything, prints a summary on stdout. Returns the exit code.
+int run_map(const MapRequest& request);
+
+}  // namespace lamina::apps

@@ -1,0 +1,144 @@
+// The table itself: keys, members, meanings.
+#include <lamina/apps/settings.hpp>
+
+namespace lamina::apps {
+namespace {
+
+// Keeps the rows short: s.MEMBER by reference.
+#define LAMINA_ROW(key, member, comment) \
+  row(                                   \
+      key, [](Settings & s) -> auto& { return s.member; }, comment)
+#define LAMINA_ROW_DEG(key, member, comment) \
+  row_deg(                                   \
+      key, [](Settings & s) -> auto& { return s.member; }, comment)
+
+std::vector<Setting> general_rows() {
+  return {
+      LAMINA_ROW("seed", seed, "seed of everything random; the same seed gives the same bytes"),
+      LAMINA_ROW("threads", threads, "threads to use; results do not depend on it"),
+      LAMINA_ROW("checkpoint.interval_s", checkpoint_interval,
+                 "s between saved states of a run; 0.2 is allowed"),
+      LAMINA_ROW("grid.resolution_m", grid_resolution, "m, side of a cell of the grids"),
+      LAMINA_ROW("robot.height_m", robot.height,
+                 "m, of the robot with its sensors: what is above does not block"),
+      LAMINA_ROW("robot.radius_m", robot.radius, "m, of the circle that holds its outline"),
+      LAMINA_ROW("robot.max_step_m", robot.max_step, "m, largest step its wheels climb"),
+      LAMINA_ROW_DEG("robot.max_slope_deg", robot.max_slope, "degrees, steepest slope it drives"),
+  };
+}
+
+std::vector<Setting> floor_rows() {
+  return {
+      LAMINA_ROW("floor.sections", floor.sections, "sub-sections of the region, along x and y"),
+      LAMINA_ROW("floor.roi_m", floor.roi_m,
+                 "m, region of interest: length ahead, width, height above the floor"),
+      LAMINA_ROW("floor.time_budget_ms", floor.time_budget_ms,
+                 "ms, 0: none; else the farthest sections are left out"),
+      LAMINA_ROW("floor.recursion_limit", floor.recursion_limit, "planes a sub-section may give"),
+      LAMINA_ROW("floor.hypotheses", floor.hypotheses, "samples a RANSAC step tries"),
+      LAMINA_ROW("floor.distance_sigmas", floor.distance_sigmas,
+                 "distance threshold, in sigmas of the sensor at that range"),
+      LAMINA_ROW("floor.prior_cone_deg", floor.prior_cone_deg,
+                 "degrees about the last floor's normal in which the next is looked for"),
+      LAMINA_ROW("floor.self_calibrate", floor.self_calibrate,
+                 "correct the camera's pitch, roll and height by the floor it sees"),
+      LAMINA_ROW("floor.false_alarm", floor.false_alarm,
+                 "share of flat floor cells that may be called raised or lowered"),
+      LAMINA_ROW("floor.surfel_m", floor.surfel_m, "m, side of the patch a surfel stands for"),
+  };
+}
+
+std::vector<Setting> segment_rows() {
+  return {
+      LAMINA_ROW("segments.min_points", segments.min_points, "returns a segment must have"),
+      LAMINA_ROW("segments.min_length_m", segments.min_length,
+                 "m; shorter pieces are loose points"),
+      LAMINA_ROW("segments.max_bridge_m", segments.max_bridge,
+                 "m; collinear pieces are joined over a shadow this long"),
+      LAMINA_ROW("tracking.gate", tracking.gate, "chi-squared of collinearity, 2 degrees"),
+      LAMINA_ROW("tracking.min_observations", tracking.min_observations,
+                 "scans that must have seen a track before it counts"),
+      LAMINA_ROW("tracking.max_coast_s", tracking.max_coast_s,
+                 "s without a sighting after which a track ends"),
+      LAMINA_ROW("scan_odometry.key_scans", scan_odometry.key_scans,
+                 "key scans in the local map that scans are matched with"),
+      LAMINA_ROW("scan_odometry.map_radius_m", scan_odometry.map_radius,
+                 "m; key scans farther away leave the local map"),
+      LAMINA_ROW("loops.enabled", close_loops, "look for places met again by matching scans"),
+      LAMINA_ROW("loops.submap_length_m", loops.submap_length, "m travelled in a submap"),
+      LAMINA_ROW("loops.max_window_m", loops.max_window, "m, largest search for an old place"),
+      LAMINA_ROW("loops.min_score", loops.min_score, "least mean likelihood of a match, 0 to 1"),
+      LAMINA_ROW("loops.max_ambiguity", loops.max_ambiguity,
+                 "second best place against the best; above, no loop is closed"),
+  };
+}
+
+std::vector<Setting> mapper_rows() {
+  return {
+      LAMINA_ROW("window.keyframes", mapper.window.keyframes, "keyframes kept as variables"),
+      LAMINA_ROW("window.seconds", mapper.window.seconds, "s kept as variables; 0: by number"),
+      LAMINA_ROW("window.iterations", mapper.window.iterations, "solver steps a keyframe"),
+      LAMINA_ROW("keyframe.distance_m", mapper.keyframe_distance_m, "m moved: a new keyframe"),
+      LAMINA_ROW("keyframe.angle_deg", mapper.keyframe_angle_deg, "degrees turned, likewise"),
+      LAMINA_ROW("keyframe.new_share", mapper.keyframe_new_share,
+                 "share of observations that match nothing known, likewise"),
+      LAMINA_ROW("planes.min_observations", mapper.min_observations,
+                 "frames that must have seen a plane before it enters the map"),
+      LAMINA_ROW("planes.merge", mapper.merge_planes, "merge planes that turn out to be one"),
+      LAMINA_ROW("planes.outline_cell_m", mapper.outline_cell_m, "m, detail of outlines"),
+      LAMINA_ROW("planes.prior_tilt_deg", mapper.prior_tilt_deg,
+                 "degrees, weak prior that planes of scan segments stand upright on the scan"),
+      LAMINA_ROW("association.max_distance_m", mapper.association.max_distance_m,
+                 "m between an observation and its plane at most"),
+      LAMINA_ROW("association.max_angle_deg", mapper.association.max_angle_deg,
+                 "degrees between them at most"),
+      LAMINA_ROW("association.max_gap_m", mapper.association.max_gap_m,
+                 "m that an observation may lie beyond the plane's outline"),
+      LAMINA_ROW("places.enabled", mapper.place.enabled, "recognise planes met again (loops)"),
+      LAMINA_ROW("places.min_planes", mapper.place.min_planes,
+                 "planes that must agree before a recognition is believed"),
+      LAMINA_ROW("surfels.cell_m", mapper.surfel_cell_m, "m, side of a surfel of the floor"),
+      LAMINA_ROW("labels.level_tilt_deg", mapper.level_tilt_deg,
+                 "degrees within which a plane is level"),
+      LAMINA_ROW("labels.wall_tilt_deg", mapper.wall_tilt_deg,
+                 "degrees within which a plane is upright"),
+  };
+}
+
+#undef LAMINA_ROW
+#undef LAMINA_ROW_DEG
+
+}  // namespace
+
+const std::vector<Setting>& setting_table() {
+  static const std::vector<Setting> table = [] {
+    std::vector<Setting> rows = general_rows();
+    for (auto part : {floor_rows(), segment_rows(), mapper_rows()}) {
+      rows.insert(rows.end(), part.begin(), part.end());
+    }
+    return rows;
+  }();
+  return table;
+}
+
+std::vector<std::string> problems(const Settings& settings) {
+  std::vector<std::string> all;
+  const auto require = [&all](bool good, const std::string& text) {
+    if (!good) all.push_back(text);
+  };
+  require(settings.threads >= 1, "threads must be at least 1");
+  require(settings.checkpoint_interval > 0, "checkpoint.interval_s must be above 0");
+  require(settings.grid_resolution >= 0.001, "grid.resolution_m must be at least 0.001");
+  require(settings.robot.height > 0, "robot.height_m must be above 0");
+  require(settings.robot.radius >= 0, "robot.radius_m must not be negative");
+  require(settings.robot.max_step > 0, "robot.max_step_m must be above 0");
+  require(settings.robot.max_slope > 0 && settings.robot.max_slope < 1.5,
+          "robot.max_slope_deg must lie between 0 and 85");
+  for (const auto& part : {settings.floor.problems(), settings.segments.problems(),
+                           settings.tracking.problems(), settings.mapper.problems()}) {
+    all.insert(all.end(), part.begin(), part.end());
+  }
+  return all;
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,63 @@
+// Interpolated increments with the covariance of the path between them.
+#include <lamina/apps/wheel_track.hpp>
+
+#include <algorithm>
+
+namespace lamina::apps {
+namespace {
+
+// Covariance of T_a_c = T_a_b T_b_c in its right tangent, from those of the two parts.
+Matrix6d compose(const Matrix6d& cov_ab, const SE3& T_b_c, const Matrix6d& cov_bc) {
+  const Matrix6d J = T_b_c.inverse().adjoint();
+  return J * cov_ab * J.transpose() + cov_bc;
+}
+
+}  // namespace
+
+void WheelTrack::add(const Odometry& odometry) {
+  if (!samples_.empty() && odometry.stamp <= samples_.back().stamp) return;
+  samples_.push_back(odometry);
+}
+
+std::optional<SE3> WheelTrack::at(Timestamp stamp) const {
+  if (samples_.empty()) return std::nullopt;
+  const auto after =
+      std::lower_bound(samples_.begin(), samples_.end(), stamp,
+                       [](const Odometry& sample, Timestamp time) { return sample.stamp < time; });
+  if (after == samples_.end()) {
+    if (stamp - samples_.back().stamp > kMaxGap) return std::nullopt;
+    return samples_.back().T_odom_body;
+  }
+  if (after->stamp == stamp) return after->T_odom_body;
+  if (after == samples_.begin()) {
+    if (after->stamp - stamp > kMaxGap) return std::nullopt;
+    return after->T_odom_body;
+  }
+  const auto before = after - 1;
+  return SE3::interpolate(before->T_odom_body, after->T_odom_body,
+                          (stamp - before->stamp) / (after->stamp - before->stamp));
+}
+
+std::optional<Increment> WheelTrack::between(Timestamp from, Timestamp to) const {
+  const auto start = at(from), end = at(to);
+  if (!start || !end) return std::nullopt;
+  Increment sum{SE3(), Matrix6d::Zero()};
+  SE3 last = *start;
+  const auto step = [&](const SE3& next) {
+    const SE3 T = last.inverse() * next;
+    sum.covariance = compose(sum.covariance, T, increment_covariance(model_, T));
+    sum.T_from_to = sum.T_from_to * T;
+    last = next;
+  };
+  for (const Odometry& sample : samples_) {
+    if (sample.stamp > from && sample.stamp < to) step(sample.T_odom_body);
+  }
+  step(*end);
+  return sum;
+}
+
+void WheelTrack::forget_before(Timestamp stamp) {
+  while (samples_.size() > 2 && samples_[1].stamp <= stamp) samples_.pop_front();
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,42 @@
+// Wheel odometry between the instants the mapper is told of.
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include <lamina/sensors/odometry.hpp>
+
+namespace lamina::apps {
+
+/// What moved between two instants: T_from_to and the covariance of its right tangent
+/// (translation, rotation).
+struct Increment {
+  SE3 T_from_to;
+  Matrix6d covariance;
+};
+
+/// Keeps the odometry since the last step and interpolates it to any stamp inside. A path is summed
+/// sample by sample, so that turning in place and driving back count as travel.
+class WheelTrack {
+ public:
+  explicit WheelTrack(const OdometryModel& model) : model_(model) {}
+  void add(const Odometry& odometry);
+  bool empty() const { return samples_.empty(); }
+  /// The stamp of the newest sample; only when not empty.
+  Timestamp newest() const { return samples_.back().stamp; }
+  /// The motion from one stamp to a later one. Ends outside the samples are held still for up to
+  /// `kMaxGap` and their uncertainty grown; nullopt beyond that.
+  std::optional<Increment> between(Timestamp from, Timestamp to) const;
+  /// Forgets samples that no later question from `stamp` on needs.
+  void forget_before(Timestamp stamp);
+  /// T_odom_body at a stamp, as between(); nullopt outside the samples by more than kMaxGap.
+  std::optional<SE3> at(Timestamp stamp) const;
+
+  static constexpr double kMaxGap = 0.5;  ///< s
+
+ private:
+  OdometryModel model_;
+  std::deque<Odometry> samples_;
+};
+
+}  // namespace lamina::apps

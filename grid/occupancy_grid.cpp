@@ -1,0 +1,145 @@
+// Rays over cells.
+#include <lamina/grid/occupancy_grid.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lamina {
+namespace {
+
+// The part of a ray inside the height band, as [first, last] in units of its length; empty when
+// first > last.
+std::pair<double, double> in_band(double z_from, double z_to, double low, double high) {
+  double first = 0, last = 1;
+  const double rise = z_to - z_from;
+  if (std::abs(rise) < 1e-12) {
+    return z_from >= low && z_from <= high ? std::pair{0.0, 1.0} : std::pair{1.0, 0.0};
+  }
+  const double a = (low - z_from) / rise, b = (high - z_from) / rise;
+  first = std::max(first, std::min(a, b));
+  last = std::min(last, std::max(a, b));
+  return {first, last};
+}
+
+}  // namespace
+
+std::vector<std::string> OccupancyOptions::problems() const {
+  std::vector<std::string> lines;
+  if (!(resolution >= 0.001)) lines.push_back("occupancy resolution must be at least 0.001 m");
+  if (!(log_odds_hit > 0) || !(log_odds_miss > 0)) {
+    lines.push_back("occupancy log-odds must be above 0");
+  }
+  if (!(log_odds_limit >= log_odds_hit)) {
+    lines.push_back("occupancy limit must be at least one hit");
+  }
+  if (!(max_height > min_height)) lines.push_back("occupancy height band must not be empty");
+  return lines;
+}
+
+OccupancyGrid::OccupancyGrid(const OccupancyOptions& options)
+    : options_(options), cells_(options.resolution) {}
+
+// Amanatides & Woo [Amanatides1987]: every cell the line touches, in order.
+void OccupancyGrid::trace(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+                          std::vector<CellIndex>& crossed) const {
+  const double size = options_.resolution;
+  CellIndex cell = cell_of(from, size);
+  const CellIndex end = cell_of(to, size);
+  const Eigen::Vector2d d = to - from;
+  double next[2], step_length[2];
+  int step[2];
+  const std::int32_t index[2] = {cell.i, cell.j};
+  for (int axis = 0; axis < 2; ++axis) {
+    step[axis] = d(axis) > 0 ? 1 : -1;
+    if (d(axis) == 0) {
+      next[axis] = step_length[axis] = std::numeric_limits<double>::infinity();
+      continue;
+    }
+    const double border = (index[axis] + (step[axis] > 0 ? 1 : 0)) * size;
+    next[axis] = (border - from(axis)) / d(axis);
+    step_length[axis] = size / std::abs(d(axis));
+  }
+  const int steps = std::abs(end.i - cell.i) + std::abs(end.j - cell.j);
+  crossed.push_back(cell);
+  for (int k = 0; k < steps; ++k) {
+    if (next[0] < next[1]) {
+      cell.i += step[0];
+      next[0] += step_length[0];
+    } else {
+      cell.j += step[1];
+      next[1] += step_length[1];
+    }
+    crossed.push_back(cell);
+  }
+}
+
+void OccupancyGrid::add(const SE3& T_map_scan, const std::vector<OccupancyBeam>& beams) {
+  const Eigen::Vector3d start = T_map_scan.translation();
+  std::vector<CellIndex> free, occupied, ray;
+  for (const OccupancyBeam& beam : beams) {
+    const double range = beam.end_scan.norm();
+    if (!(range > 0) || !std::isfinite(range)) continue;
+    const Eigen::Vector3d end =
+        T_map_scan * Eigen::Vector3d(beam.end_scan.x(), beam.end_scan.y(), 0);
+    const auto [first, last] =
+        in_band(start.z(), end.z(), options_.min_height, options_.max_height);
+    const bool marks = beam.obstacle && last >= 1.0 && range <= options_.max_range;
+    const double margin = beam.obstacle ? 3 * beam.sigma / range : 0.0;
+    const double clear_to = std::min({last, 1.0 - margin, options_.max_range / range});
+    const Eigen::Vector2d d = (end - start).head<2>();
+    if (first < clear_to) {
+      ray.clear();
+      trace(start.head<2>() + first * d, start.head<2>() + clear_to * d, ray);
+      free.insert(free.end(), ray.begin(), ray.end());
+    }
+    if (marks) occupied.push_back(cell_of(end.head<2>(), options_.resolution));
+  }
+  const auto unique = [](std::vector<CellIndex>& cells) {
+    // By row, so that look-ups stay in one tile for long.
+    std::sort(cells.begin(), cells.end(), [](const CellIndex& a, const CellIndex& b) {
+      return a.j != b.j ? a.j < b.j : a.i < b.i;
+    });
+    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
+  };
+  unique(free);
+  unique(occupied);
+  const auto limit = static_cast<float>(options_.log_odds_limit);
+  const auto by_row = [](const CellIndex& a, const CellIndex& b) {
+    return a.j != b.j ? a.j < b.j : a.i < b.i;
+  };
+  for (const CellIndex& c : free) {
+    if (std::binary_search(occupied.begin(), occupied.end(), c, by_row)) continue;
+    OccupancyCell& cell = cells_.at_or_new(c);
+    cell.log_odds = std::max(-limit, cell.log_odds - static_cast<float>(options_.log_odds_miss));
+    cell.seen = true;
+  }
+  for (const CellIndex& c : occupied) {
+    OccupancyCell& cell = cells_.at_or_new(c);
+    cell.log_odds = std::min(limit, cell.log_odds + static_cast<float>(options_.log_odds_hit));
+    cell.seen = true;
+  }
+}
+
+float OccupancyGrid::probability(const CellIndex& c) const {
+  const OccupancyCell* cell = cells_.find(c);
+  if (cell == nullptr || !cell->seen) return std::numeric_limits<float>::quiet_NaN();
+  return 1.0f / (1.0f + std::exp(-cell->log_odds));
+}
+
+GridGeometry OccupancyGrid::bounds() const {
+  return cells_.bounds([](const OccupancyCell& cell) { return cell.seen; });
+}
+
+std::vector<float> OccupancyGrid::image(const GridGeometry& geometry) const {
+  std::vector<float> pixels(
+      static_cast<std::size_t>(geometry.width) * static_cast<std::size_t>(geometry.height),
+      std::numeric_limits<float>::quiet_NaN());
+  cells_.for_each([&](const CellIndex& c, const OccupancyCell& cell) {
+    if (!cell.seen || !geometry.contains(c)) return;
+    pixels[geometry.image_index(c)] = 1.0f / (1.0f + std::exp(-cell.log_odds));
+  });
+  return pixels;
+}
+
+}  // namespace lamina

@@ -1,0 +1,63 @@
+// Occupancy from 2D scans: log-odds along rays.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <lamina/grid/tiled_grid.hpp>
+#include <lamina/models/lie/se3.hpp>
+
+namespace lamina {
+
+struct OccupancyOptions {
+  double resolution = 0.05;    ///< m
+  double log_odds_hit = 0.9;   ///< p = 0.71 a return: two returns pass the threshold of map_server
+  double log_odds_miss = 0.4;  ///< p = 0.40 a crossing: a third of them clears a wrong return
+  double log_odds_limit = 5;   ///< both ways: a changed world is believed after a dozen scans
+  double min_height = 0.02;    ///< m, map z of the band of the robot; where a ray leaves the band
+  double max_height = 3.0;     ///< m, it says nothing of the cell below it
+  double max_range = 60;       ///< m
+  /// One line for each setting that cannot be.
+  std::vector<std::string> problems() const;
+};
+
+/// A beam for the grid, in the frame of its scan.
+struct OccupancyBeam {
+  Eigen::Vector2d end_scan = Eigen::Vector2d::Zero();  ///< m, in the scan plane
+  double sigma = 0.01;                                 ///< m, along the ray
+  bool obstacle = true;  ///< false: the ray ends without one (end of knowledge); it clears only
+};
+
+struct OccupancyCell {
+  float log_odds = 0;
+  bool seen = false;
+};
+
+/// [Moravec1985] in log-odds. Each ray clears the cells it crosses up to three sigma before its end
+/// and marks those its end may lie in. A beam that did not return is left out by the caller: it
+/// clears nothing. Rays are cut to the height band of the robot, so that a tilted scanner marks
+/// floor neither occupied nor, beyond where the ray left the band, free.
+class OccupancyGrid {
+ public:
+  explicit OccupancyGrid(const OccupancyOptions& options = {});
+
+  /// `T_map_scan`: the scan lies in its x-y plane. Cells get one update a scan at most, a mark
+  /// before a clearing.
+  void add(const SE3& T_map_scan, const std::vector<OccupancyBeam>& beams);
+
+  /// Probability of being occupied in [0, 1]; NaN where no ray has been.
+  float probability(const CellIndex& cell) const;
+  GridGeometry bounds() const;
+  /// Row 0 at the largest y; NaN where no ray has been.
+  std::vector<float> image(const GridGeometry& geometry) const;
+  const TiledGrid<OccupancyCell>& cells() const { return cells_; }
+  void clear() { cells_.clear(); }
+
+ private:
+  void trace(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+             std::vector<CellIndex>& crossed) const;
+  OccupancyOptions options_;
+  TiledGrid<OccupancyCell> cells_;
+};
+
+}  // namespace lamina

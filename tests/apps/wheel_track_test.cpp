@@ -1,0 +1,55 @@
+// Odometry between instants.
+#include <gtest/gtest.h>
+
+#include <lamina/apps/wheel_track.hpp>
+
+namespace lamina::apps {
+namespace {
+
+Odometry sample(double time, double x, double yaw = 0) {
+  return {Timestamp::from_seconds(time), SE3::planar(x, 0, yaw)};
+}
+
+TEST(WheelTrack, InterpolatesBetweenSamples) {
+  WheelTrack track{OdometryModel{}};
+  track.add(sample(0, 0));
+  track.add(sample(1, 2));
+  const auto moved = track.between(Timestamp::from_seconds(0.25), Timestamp::from_seconds(0.75));
+  ASSERT_TRUE(moved);
+  EXPECT_NEAR(moved->T_from_to.translation().x(), 1.0, 1e-12);
+}
+
+TEST(WheelTrack, UncertaintyGrowsWithThePathAndNotWithItsEnds) {
+  WheelTrack there_and_back{OdometryModel{}}, still{OdometryModel{}};
+  for (int i = 0; i <= 10; ++i) {
+    there_and_back.add(sample(i, i <= 5 ? i : 10 - i));
+    still.add(sample(i, 0));
+  }
+  const auto from = Timestamp::from_seconds(0), to = Timestamp::from_seconds(10);
+  const auto a = there_and_back.between(from, to), b = still.between(from, to);
+  ASSERT_TRUE(a && b);
+  EXPECT_LT((a->T_from_to.translation() - b->T_from_to.translation()).norm(), 1e-12);
+  EXPECT_GT(a->covariance(0, 0), 10 * b->covariance(0, 0));
+}
+
+TEST(WheelTrack, RefusesStampsFarOutside) {
+  WheelTrack track{OdometryModel{}};
+  const auto zero = Timestamp::from_seconds(0);
+  EXPECT_FALSE(track.between(zero, zero));
+  track.add(sample(1, 0));
+  EXPECT_FALSE(track.between(zero, Timestamp::from_seconds(1)));
+  EXPECT_FALSE(track.between(Timestamp::from_seconds(1), Timestamp::from_seconds(3)));
+  EXPECT_TRUE(track.between(Timestamp::from_seconds(0.9), Timestamp::from_seconds(1.2)));
+}
+
+TEST(WheelTrack, ForgetsWhatIsNoLongerAskedFor) {
+  WheelTrack track{OdometryModel{}};
+  for (int i = 0; i < 100; ++i) track.add(sample(i, i));
+  track.forget_before(Timestamp::from_seconds(90.5));
+  const auto moved = track.between(Timestamp::from_seconds(90.5), Timestamp::from_seconds(99));
+  ASSERT_TRUE(moved);
+  EXPECT_NEAR(moved->T_from_to.translation().x(), 8.5, 1e-12);
+}
+
+}  // namespace
+}  // namespace lamina::apps

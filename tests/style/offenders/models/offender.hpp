@@ -1,3 +1,0 @@
-#include <pcl/point_types.h>
-#include <lamina/backend/graph.hpp>
-using namespace std;
