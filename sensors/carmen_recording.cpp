@@ -345,8 +345,9 @@ void CarmenRecording::read_entry(std::pair<int, std::size_t> which) {
   scan.range_max = range_limit(sources_[s], *raw);
   scan.lidar = lidars_[s];
   scan.ranges = std::move(raw->ranges);
+  const auto limit = static_cast<float>(scan.range_max);  // rounded as the ranges were
   for (float& r : scan.ranges) {
-    if (static_cast<double>(r) >= scan.range_max) r = HUGE_VALF;  // no return
+    if (r >= limit) r = HUGE_VALF;  // no return
   }
   if (auto odometry = track_.at(entry.stamp)) pending_.push_back(*odometry);
   pending_.push_back(std::move(scan));

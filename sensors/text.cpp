@@ -55,8 +55,12 @@ std::optional<double> parse_number(std::string_view field) {
   double value = 0;
   const auto [end, error] = std::from_chars(field.data(), field.data() + field.size(), value);
   if (error == std::errc::result_out_of_range && end == field.data() + field.size()) {
-    // Too small to tell from zero, or too large to be anything.
-    return std::abs(value) < 1 ? std::optional<double>(0.0) : std::nullopt;
+    // Too small to tell from zero, or too large to be anything: the exponent's sign tells.
+    const std::size_t exponent = field.find_first_of("eE");
+    const bool small = exponent == std::string_view::npos
+                           ? field.substr(0, 2) == "0." || field.substr(0, 3) == "-0."
+                           : field.substr(exponent + 1, 1) == "-";
+    return small ? std::optional<double>(0.0) : std::nullopt;
   }
   if (error != std::errc() || end != field.data() + field.size()) return std::nullopt;
   if (!std::isfinite(value)) return std::nullopt;

@@ -1,0 +1,247 @@
+// Readers on small literal inputs.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <lamina/sensors/carmen_log.hpp>
+#include <lamina/sensors/png_image.hpp>
+#include <lamina/sensors/recording.hpp>
+#include <lamina/sensors/recording_info.hpp>
+#include <lamina/sensors/rectify.hpp>
+#include <lamina/sensors/reorder_buffer.hpp>
+#include <lamina/sensors/text.hpp>
+#include <lamina/sensors/time_order.hpp>
+
+#include "temporary_folder.hpp"
+
+namespace lamina {
+namespace {
+using test::TemporaryFolder;
+
+std::vector<Timestamp> stamps(std::initializer_list<double> seconds) {
+  std::vector<Timestamp> result;
+  for (const double s : seconds) result.push_back(Timestamp::from_seconds(s));
+  return result;
+}
+
+std::vector<Measurement> read_all(const std::string& input) {
+  const auto recording = open_recording(input);
+  std::vector<Measurement> all;
+  while (auto m = recording->next()) all.push_back(*std::move(m));
+  return all;
+}
+
+TEST(TimeOrder, DropsTheFewest) {
+  using Indices = std::vector<std::size_t>;
+  EXPECT_EQ(longest_increasing(stamps({1, 2, 3, 1.5, 4})), (Indices{0, 1, 2, 4}));
+  EXPECT_EQ(longest_increasing(stamps({1, 2, 99, 3, 4})), (Indices{0, 1, 3, 4}));
+  EXPECT_EQ(longest_increasing(stamps({1, 2, 3, 2.5, 4})), (Indices{0, 1, 2, 4}));
+  EXPECT_EQ(longest_increasing(stamps({1, 1, 1})), (Indices{0}));
+  EXPECT_TRUE(longest_increasing({}).empty());
+}
+
+TEST(TimeOrder, AssociatesTheNearestOnce) {
+  const auto a = stamps({1.0, 1.1, 1.2}), b = stamps({1.015, 1.19, 1.205});
+  EXPECT_EQ(associate_by_time(a, b, 0.02), (std::vector<std::ptrdiff_t>{0, -1, 2}));
+  const auto close = stamps({1.0, 1.01});
+  EXPECT_EQ(associate_by_time(close, stamps({1.009}), 0.02), (std::vector<std::ptrdiff_t>{-1, 0}));
+}
+
+TEST(TimeOrder, BufferGivesOldestFirst) {
+  ReorderBuffer buffer(0.5, 8);
+  Accelerometer sample;
+  for (const double t : {1.0, 1.2, 1.1, 2.0}) {
+    sample.stamp = Timestamp::from_seconds(t);
+    EXPECT_TRUE(buffer.push(sample));
+  }
+  EXPECT_EQ(stamp_of(*buffer.pop()).seconds(), 1.0);
+  EXPECT_EQ(stamp_of(*buffer.pop()).to_string(), "1.100000");
+  sample.stamp = Timestamp::from_seconds(1.0);
+  EXPECT_FALSE(buffer.push(sample));  // behind what was given
+  EXPECT_EQ(stamp_of(*buffer.pop()).to_string(), "1.200000");
+  EXPECT_FALSE(buffer.pop().has_value());
+  buffer.finish();
+  EXPECT_EQ(stamp_of(*buffer.pop()).seconds(), 2.0);
+}
+
+TEST(Carmen, GuessesAngles) {
+  constexpr double kDegree = M_PI / 180;
+  for (const std::size_t n : {180u, 181u, 360u, 361u}) {
+    const auto [first, step] = carmen_guess_angles(n);
+    EXPECT_NEAR(first, -90 * kDegree, 1e-12);
+    EXPECT_NEAR(step, (n < 200 ? 1.0 : 0.5) * kDegree, 1e-12);
+  }
+  EXPECT_NEAR(carmen_guess_angles(1081).second, 0.25 * kDegree, 1e-12);
+}
+
+TEST(Carmen, InterpolatesOdometryToScans) {
+  const TemporaryFolder folder;
+  folder.write("a.log",
+               "ODOM 0 0 0 0 0 0 1.0 h 1.0\nODOM 1 0 0 0 0 0 2.0 h 2.0\n"
+               "FLASER 3 1 2 3 9 9 9 9 9 9 1.25 h 1.25\nODOM 2 0 0 0 0 0 3.0 h 3.0\n"
+               "FLASER 3 1 2 3 9 9 9 9 9 9 2.5 h 2.5\n");
+  const auto all = read_all(folder.file("a.log"));
+  ASSERT_EQ(all.size(), 4u);
+  EXPECT_NEAR(std::get<Odometry>(all[0]).T_odom_body.translation().x(), 0.25, 1e-12);
+  EXPECT_EQ(stamp_of(all[0]), stamp_of(all[1]));
+  EXPECT_NEAR(std::get<Odometry>(all[2]).T_odom_body.translation().x(), 1.5, 1e-12);
+  EXPECT_EQ(std::get<LaserScan>(all[3]).size(), 3u);
+}
+
+TEST(Carmen, LaserPosesServeWhereThereIsNoOdom) {
+  const TemporaryFolder folder;
+  folder.write("a.log",
+               "ROBOTLASER1 0 -1.5 3 1.0 5.6 0.01 0 4 1 5.6 0 2 0 0.2 0 0 0 0 0 0 0 0 0 0 1 h 1\n"
+               "ROBOTLASER1 0 -1.5 3 1.0 5.6 0.01 0 4 1 5.6 0 2 0 1.2 0 0 1 0 0 0 0 0 0 0 2 h 2\n");
+  const auto all = read_all(folder.file("a.log"));
+  ASSERT_EQ(all.size(), 4u);
+  const auto& scan = std::get<LaserScan>(all[1]);
+  EXPECT_NEAR(scan.lidar.T_body_lidar.translation().x(), 0.2, 1e-12);
+  EXPECT_EQ(scan.angle_min, -1.5);
+  EXPECT_TRUE(scan.valid(0));
+  EXPECT_FALSE(scan.valid(1));  // the largest range means no return
+  EXPECT_FALSE(scan.valid(2));
+  EXPECT_NEAR(std::get<Odometry>(all[2]).T_odom_body.translation().x(), 1, 1e-12);
+}
+
+TEST(Carmen, RearLaserLooksBack) {
+  const TemporaryFolder folder;
+  folder.write(
+      "a.log",
+      "RLASER 3 1 2 3 0 0 0 0 0 0 1.25 h 1.25\nRAWLASER1 0 -1 2 1 80 0.01 0 3 1 2 3 0 1.0 h 1.0\n");
+  const auto all = read_all(folder.file("a.log"));
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(std::get<LaserScan>(all[0]).angle_min, -1);
+  const auto& rear = std::get<LaserScan>(all[1]);
+  EXPECT_NEAR((rear.lidar.T_body_lidar * Eigen::Vector3d(1, 0, 0)).x(), -1, 1e-12);
+}
+
+TEST(Carmen, TrustsTheLoggersClockWhenTheSendersRunBack) {
+  const TemporaryFolder folder;
+  folder.write("a.log",
+               "ODOM 0 0 0 0 0 0 900.0 h 1.0\nODOM 1 0 0 0 0 0 100.0 h 2.0\n"
+               "FLASER 3 1 2 3 0 0 0 0 0 0 50.0 h 1.5\n");
+  const auto all = read_all(folder.file("a.log"));
+  ASSERT_EQ(all.size(), 2u);
+  EXPECT_EQ(stamp_of(all[1]).to_string(), "1.500000");
+}
+
+TEST(Dataset, MergesStreamsAndInterpolatesOdometry) {
+  const TemporaryFolder folder;
+  folder.write("calibration.yaml",
+               "depth_camera: {model: ideal, width: 2, height: 1, fx: 1, fy: 1, cx: 0.5, cy: 0, "
+               "depth_scale: 5000, T_body_camera: {translation: [0,0,1], rotation_xyzw: "
+               "[-0.5,0.5,-0.5,0.5]}}\nodometry: {planar: false}\n");
+  folder.write("d.png", encode_png_depth({2, 1, {5000, 0}}));
+  folder.write("depth.txt", "1.5 d.png\n2.0 d.png\n");
+  folder.write("odometry.txt", "1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n");
+  folder.write("accelerometer.txt", "1.2 0 0 9.81\n");
+  folder.write("scans.csv", "1.75,0,0.1,0,5,1,2\n");
+  const auto all = read_all(folder.path().string());
+  std::vector<std::size_t> kinds;
+  for (const auto& m : all) kinds.push_back(m.index());
+  // odometry, accelerometer, odometry + depth, odometry + scan, odometry + depth
+  EXPECT_EQ(kinds, (std::vector<std::size_t>{3, 5, 3, 0, 3, 2, 3, 0}));
+  EXPECT_TRUE(std::get<Odometry>(all[2]).interpolated);
+  EXPECT_NEAR(std::get<Odometry>(all[2]).T_odom_body.translation().x(), 0.5, 1e-12);
+  const auto& frame = std::get<DepthFrame>(all[3]);
+  EXPECT_EQ(frame.depth_m(0, 0), 1.0);
+  EXPECT_EQ(frame.disparity(1, 0), 0.0);
+  // The camera looks along body x from 1 m up.
+  const Eigen::Vector3d p = frame.camera.camera.T_body_camera * frame.point_camera(0, 0);
+  EXPECT_TRUE(p.isApprox(Eigen::Vector3d(1, 0.5, 1), 1e-12)) << p.transpose();
+}
+
+TEST(Dataset, InfoCountsWhatIsThere) {
+  const TemporaryFolder folder;
+  folder.write("calibration.yaml", "lidar: {range_sigma: 0.01}\n");
+  folder.write("scans.csv",
+               "1,0,0.1,0,5,1,2\n2,0,0.1,0,5,0,inf\n3,0,0.1,0,5,1,3\n9,0,0.1,0,5,1\n"
+               "10,0,0.1,0,5,9,3\n");
+  const auto recording = open_recording(folder.path().string());
+  const RecordingInfo info = inspect(*recording);
+  EXPECT_EQ(info.streams.at("scan").count, 4);
+  EXPECT_EQ(info.streams.at("scan").gaps, 1);
+  EXPECT_EQ(info.streams.at("scan").longest_gap_s, 7);
+  EXPECT_EQ(info.scan->invalid, 3);
+  EXPECT_EQ(info.scan->largest_m, 3);
+  const std::string text = to_text(info);
+  EXPECT_NE(text.find("skipped   1 x short line\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("stream    scan                4 at 1.00 Hz, 1 gaps, longest 7.000 s\n"),
+            std::string::npos)
+      << text;
+}
+
+TEST(Rectify, UndoesDistortion) {
+  CameraModel camera;
+  camera.width = 64;
+  camera.height = 48;
+  camera.fx = camera.fy = 60;
+  camera.cx = 31.5;
+  camera.cy = 23.5;
+  camera.distortion = {0.1, -0.05, 0.001, 0.002, 0.01};
+  const Eigen::Vector2d centre = distort_pixel(camera, camera.cx, camera.cy);
+  EXPECT_TRUE(centre.isApprox(Eigen::Vector2d(camera.cx, camera.cy), 1e-12));
+  std::vector<std::uint16_t> raw(64 * 48);
+  for (std::size_t i = 0; i < raw.size(); ++i) raw[i] = static_cast<std::uint16_t>(i);
+  const auto rectified = Rectifier(camera).depth(raw);
+  const Eigen::Vector2d from = distort_pixel(camera, 50, 40);
+  const auto expected = std::lround(from.y()) * 64 + std::lround(from.x());
+  EXPECT_EQ(rectified[40 * 64 + 50], static_cast<std::uint16_t>(expected));
+  camera.distortion.reset();
+  EXPECT_FALSE(Rectifier(camera).needed());
+}
+
+TEST(Png, RoundTrip) {
+  DepthImage image{5, 4, {}};
+  for (int i = 0; i < 20; ++i) image.pixels.push_back(static_cast<std::uint16_t>(3277 * i));
+  std::string why;
+  const auto back = decode_png_depth(encode_png_depth(image), 5, 4, why);
+  ASSERT_TRUE(back.has_value()) << why;
+  EXPECT_EQ(back->pixels, image.pixels);
+}
+
+TEST(Text, Numbers) {
+  EXPECT_EQ(parse_number("1.5"), 1.5);
+  EXPECT_EQ(parse_number("+2"), 2.0);
+  EXPECT_EQ(parse_number("1e-999"), 0.0);
+  EXPECT_FALSE(parse_number("1e999").has_value());
+  EXPECT_FALSE(parse_number("nan").has_value());
+  EXPECT_FALSE(parse_number("1x").has_value());
+  EXPECT_FALSE(parse_number("").has_value());
+  EXPECT_TRUE(std::isnan(*parse_number_or_special("NaN")));
+  EXPECT_TRUE(std::isinf(*parse_number_or_special("inf")));
+}
+
+TEST(Stereo, FindsTheDepthOfAShiftedPattern) {
+  StereoFrame pair;
+  CameraModel& camera = pair.camera.camera;
+  camera.width = 160;
+  camera.height = 60;
+  camera.fx = camera.fy = 100;
+  camera.cx = 79.5;
+  camera.cy = 29.5;
+  pair.camera.baseline = 0.1;
+  constexpr int kShift = 8;  // px: 100 x 0.1 / 8 = 1.25 m
+  std::uint32_t state = 1;
+  std::vector<std::uint8_t> wide(60 * 200);
+  for (auto& pixel : wide) {
+    state = state * 1664525u + 1013904223u;
+    pixel = static_cast<std::uint8_t>(state >> 24);
+  }
+  for (int v = 0; v < 60; ++v) {
+    for (int u = 0; u < 160; ++u) {
+      pair.left.push_back(wide[static_cast<std::size_t>(v * 200 + u)]);
+      pair.right.push_back(wide[static_cast<std::size_t>(v * 200 + u + kShift)]);
+    }
+  }
+  const DepthFrame frame = depth_from_stereo(pair);
+  EXPECT_NEAR(frame.depth_m(80, 30), 1.25, 0.01);
+  EXPECT_NEAR(frame.depth_m(20, 30), 1.25, 0.01);  // within the searched range from the left edge
+  const auto holes = std::count(frame.raw.begin(), frame.raw.end(), std::uint16_t{0});
+  EXPECT_LT(static_cast<double>(holes), 0.15 * static_cast<double>(frame.raw.size()));
+  EXPECT_NEAR(frame.camera.noise.focal_baseline, 10, 1e-12);
+}
+
+}  // namespace
+}  // namespace lamina
