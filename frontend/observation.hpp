@@ -24,10 +24,10 @@ enum class PlaneKind { kDominantFloor, kSubDominant, kObstacle, kUnknown };
 
 /// A plane seen in one depth image or cloud. All geometry in the sensor frame.
 struct PlaneObservation {
-  Plane plane_sensor;                          ///< fitted, normal towards the sensor
-  Moments moments_sensor;                      ///< weights 1/sigma^2 along the normal (1/m^2)
-  NoiseFloor floor;                            ///< what its points share
-  std::vector<Eigen::Vector3d> outline_sensor; ///< closed, on the plane; may be concave
+  Plane plane_sensor;                           ///< fitted, normal towards the sensor
+  Moments moments_sensor;                       ///< weights 1/sigma^2 along the normal (1/m^2)
+  NoiseFloor floor;                             ///< what its points share
+  std::vector<Eigen::Vector3d> outline_sensor;  ///< closed, on the plane; may be concave
   PlaneKind kind = PlaneKind::kUnknown;
 };
 
@@ -52,8 +52,8 @@ struct Observations {
   std::vector<PlaneObservation> planes;
   std::vector<SegmentObservation> segments;
   std::vector<FloorPatch> floor_patches;
-  std::vector<Surfel> surfels_body;                 ///< the floor front-end's, for display
-  std::vector<Eigen::Vector3d> obstacle_points_body; ///< loose points a robot would hit
+  std::vector<Surfel> surfels_body;                   ///< the floor front-end's, for display
+  std::vector<Eigen::Vector3d> obstacle_points_body;  ///< loose points a robot would hit
 };
 
 }  // namespace lamina

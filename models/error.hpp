@@ -24,9 +24,9 @@ namespace detail {
 }  // namespace lamina
 
 /// Throws std::logic_error when a promise inside the library is broken. Always on.
-#define LAMINA_CHECK(condition)                                          \
-  do {                                                                   \
-    if (!(condition)) {                                                  \
-      ::lamina::detail::check_failed(#condition, __FILE__, __LINE__);    \
-    }                                                                    \
+#define LAMINA_CHECK(condition)                                       \
+  do {                                                                \
+    if (!(condition)) {                                               \
+      ::lamina::detail::check_failed(#condition, __FILE__, __LINE__); \
+    }                                                                 \
   } while (false)

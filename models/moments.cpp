@@ -25,7 +25,7 @@ void Moments::add(const Eigen::Vector3d& point, double weight) {
   const double total = weight_ + weight;
   const Eigen::Vector3d delta = point - mean_;
   mean_ += (weight / total) * delta;
-  scatter_ += (weight_ * weight / total) * delta * delta.transpose();
+  scatter_ += (weight_ * weight / total) * Eigen::Matrix3d(delta * delta.transpose());
   weight_ = total;
   ++count_;
 }
@@ -39,7 +39,8 @@ void Moments::merge(const Moments& other) {
   const double total = weight_ + other.weight_;
   const Eigen::Vector3d delta = other.mean_ - mean_;
   mean_ += (other.weight_ / total) * delta;
-  scatter_ += other.scatter_ + (weight_ * other.weight_ / total) * delta * delta.transpose();
+  scatter_ += other.scatter_ +
+              (weight_ * other.weight_ / total) * Eigen::Matrix3d(delta * delta.transpose());
   weight_ = total;
   count_ += other.count_;
 }
@@ -52,7 +53,8 @@ void Moments::subtract(const Moments& other) {
   }
   const Eigen::Vector3d delta = mean_ - other.mean_;
   mean_ += (other.weight_ / rest) * delta;
-  scatter_ -= other.scatter_ + (weight_ * other.weight_ / rest) * delta * delta.transpose();
+  scatter_ -= other.scatter_ +
+              (weight_ * other.weight_ / rest) * Eigen::Matrix3d(delta * delta.transpose());
   weight_ = rest;
   count_ = std::max<std::int64_t>(0, count_ - other.count_);
 }
@@ -111,12 +113,20 @@ std::optional<PlaneFit> Moments::fit_plane(const Eigen::Vector3d& seen_from,
   return fit;
 }
 
-std::optional<Moments::LineFit> Moments::fit_line() const {
-  if (count_ < 2 || !(weight_ > 0) || !scatter_.allFinite()) return std::nullopt;
+std::optional<Moments::LineFit> Moments::fit_line(std::optional<double> sigma) const {
+  if (count_ < 2 || !(weight_ > 0) || !scatter_.allFinite() || !mean_.allFinite()) {
+    return std::nullopt;
+  }
   const SymmetricEigen<3> eigen = symmetric_eigen(Eigen::Matrix3d(scatter_ / weight_));
   const Eigen::Vector3d values = eigen.values.cwiseMax(0.0);
   if (!(values(2) > 0)) return std::nullopt;
-  return LineFit{eigen.vectors.col(2), std::sqrt(values(0) + values(1))};
+  // Two residuals a point, four parameters were fitted.
+  const double degrees = std::max(1.0, 2.0 * static_cast<double>(count_) - 4.0);
+  const double variance = sigma ? *sigma * *sigma : (values(0) + values(1)) * weight_ / degrees;
+  LineFit fit{eigen.vectors.col(2), std::sqrt(values(0) + values(1)), Eigen::Matrix4d::Zero()};
+  fit.covariance.diagonal() << Eigen::Vector2d::Constant(variance / (values(2) * weight_)),
+      Eigen::Vector2d::Constant(variance / weight_);
+  return fit;
 }
 
 Moments Moments::discounted(const Eigen::Vector3d& normal, const NoiseFloor& floor) const {

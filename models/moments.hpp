@@ -68,13 +68,17 @@ class Moments {
   /// With unit weights leave `sigma` empty: it is estimated from the residuals.
   std::optional<PlaneFit> fit_plane(const Eigen::Vector3d& seen_from,
                                     std::optional<double> sigma = std::nullopt) const;
-  /// Direction of the best line through the mean (largest eigenvector), and rms distance from it.
+  /// The best line through the mean (largest eigenvector). The covariance is that of (b1.d, b2.d,
+  /// b1.x, b2.x): how far direction d and a point x = mean of the line are off along the two axes b
+  /// of Plane::tangent_basis(direction): rad^2, m^2.
   struct LineFit {
     Eigen::Vector3d direction;
-    double rms = 0;
+    double rms = 0;  ///< weighted root mean square distance of the points, m
+    Eigen::Matrix4d covariance;
   };
-  /// nullopt for fewer than two points or points all in one place.
-  std::optional<LineFit> fit_line() const;
+  /// nullopt for fewer than two points or points all in one place. `sigma` as in fit_plane: noise
+  /// of a unit-weight point in each direction across the line.
+  std::optional<LineFit> fit_line(std::optional<double> sigma = std::nullopt) const;
 
   /// The moments a solver should use in place of these: the same information about the plane with
   /// this normal, less what the shared errors take away, and without the constant that points

@@ -37,16 +37,16 @@ struct MapPlane {
 /// A point where floor ends: the rim of a hole, a ledge with nothing behind, the end of knowledge.
 struct EdgePoint {
   Eigen::Vector3d position_map = Eigen::Vector3d::Zero();
-  double sigma = 0;         ///< m, horizontal
-  bool negative = true;     ///< true: the ground falls away; false: knowledge ends
+  double sigma = 0;      ///< m, horizontal
+  bool negative = true;  ///< true: the ground falls away; false: knowledge ends
 };
 
 struct PlanarMap {
   std::vector<MapPlane> planes;
-  std::vector<Surfel> surfels;               ///< floor surfels, map frame
+  std::vector<Surfel> surfels;  ///< floor surfels, map frame
   std::vector<EdgePoint> edges;
-  std::vector<Eigen::Vector3d> loose_points; ///< obstacle points that belong to no plane
-  Trajectory trajectory;                     ///< T_map_body at every processed frame and scan
+  std::vector<Eigen::Vector3d> loose_points;  ///< obstacle points that belong to no plane
+  Trajectory trajectory;                      ///< T_map_body at every processed frame and scan
 };
 
 }  // namespace lamina

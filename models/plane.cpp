@@ -8,8 +8,16 @@
 
 namespace lamina {
 
+namespace {
+// Also where the squares overflow.
+double length_of(const Eigen::Vector3d& v) {
+  const double norm = v.norm();
+  return std::isinf(norm) ? v.stableNorm() : norm;
+}
+}  // namespace
+
 Plane::Plane(const Eigen::Vector3d& normal, double rho) {
-  const double norm = normal.norm();
+  const double norm = length_of(normal);
   if (!std::isfinite(norm) || norm < 1e-12 || !std::isfinite(rho)) {
     throw Error("plane: found a zero or non-finite normal or distance, expected |normal| > 0");
   }
@@ -20,15 +28,14 @@ Plane::Plane(const Eigen::Vector3d& normal, double rho) {
 }
 
 std::optional<Plane> Plane::from_normal_rho(const Eigen::Vector3d& normal, double rho) {
-  const double norm = normal.norm();
+  const double norm = length_of(normal);
   if (!std::isfinite(norm) || norm < 1e-12 || !std::isfinite(rho)) return std::nullopt;
   return Plane(normal, rho);
 }
 
 std::optional<Plane> Plane::from_spherical(double rho, double theta, double phi) {
-  return from_normal_rho({std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
-                          std::cos(theta)},
-                         rho);
+  return from_normal_rho(
+      {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta)}, rho);
 }
 
 std::optional<Plane> Plane::from_points(std::span<const Eigen::Vector3d> points,

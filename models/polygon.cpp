@@ -1,10 +1,9 @@
-// Polygon arithmetic and the tracing of seen cells.
+// Polygon arithmetic.
 #include <lamina/models/polygon.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 
 namespace lamina {
 namespace {
@@ -66,7 +65,9 @@ std::optional<Polygon> Polygon::from_vertices(std::vector<Eigen::Vector2d> verti
   while (vertices.size() > 1 && vertices.front() == vertices.back()) vertices.pop_back();
   if (vertices.size() < 3) return std::nullopt;
   const double area = twice_area(vertices);
-  if (area == 0) return std::nullopt;
+  double reach2 = 0;
+  for (const auto& v : vertices) reach2 = std::max(reach2, (v - vertices[0]).squaredNorm());
+  if (!(std::abs(area) > 1e-14 * reach2)) return std::nullopt;
   if (area < 0) std::reverse(vertices.begin(), vertices.end());
   Polygon polygon;
   polygon.vertices_ = std::move(vertices);
@@ -116,10 +117,11 @@ Eigen::Vector2d Polygon::centroid() const {
 }
 
 bool Polygon::contains(const Eigen::Vector2d& p) const {
+  const double rounding = 1e-12 * std::max(1.0, p.cwiseAbs().maxCoeff());
   bool inside = false;
   for (std::size_t i = 0, j = vertices_.size() - 1; i < vertices_.size(); j = i++) {
     const Eigen::Vector2d &a = vertices_[i], &b = vertices_[j];
-    if (distance_to_segment(p, a, b) < 1e-12) return true;
+    if (distance_to_segment(p, a, b) < rounding) return true;
     if ((a.y() > p.y()) != (b.y() > p.y()) &&
         p.x() < (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()) + a.x()) {
       inside = !inside;
@@ -179,101 +181,6 @@ Polygon Polygon::simplified(double tolerance) const {
   chain.push_back(vertices_[0]);
   simplify_chain(chain, tolerance, result);
   return from_vertices(std::move(result)).value_or(*this);
-}
-
-void OutlineGrid::add(const Eigen::Vector2d& p) {
-  if (!p.allFinite()) return;
-  cells_.insert({static_cast<std::int32_t>(std::floor(p.x() / cell_size_)),
-                 static_cast<std::int32_t>(std::floor(p.y() / cell_size_))});
-}
-
-void OutlineGrid::add_stroke(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-  if (!a.allFinite() || !b.allFinite()) return;
-  const int steps = std::max(1, static_cast<int>(std::ceil(2.0 * (b - a).norm() / cell_size_)));
-  for (int i = 0; i <= steps; ++i) add(Eigen::Vector2d(a + (b - a) * (double(i) / steps)));
-}
-
-void OutlineGrid::add(const Polygon& polygon) {
-  if (polygon.empty()) return;
-  const auto [low, high] = polygon.bounds();
-  const auto first = (low / cell_size_).array().floor().cast<std::int32_t>().eval();
-  const auto last = (high / cell_size_).array().floor().cast<std::int32_t>().eval();
-  for (std::int32_t i = first.x(); i <= last.x(); ++i) {
-    for (std::int32_t j = first.y(); j <= last.y(); ++j) {
-      if (polygon.contains({(i + 0.5) * cell_size_, (j + 0.5) * cell_size_})) cells_.insert({i, j});
-    }
-  }
-}
-
-void OutlineGrid::merge(const OutlineGrid& other) {
-  for (const auto& [i, j] : other.cells_) {
-    add(Eigen::Vector2d((i + 0.5) * other.cell_size_, (j + 0.5) * other.cell_size_));
-  }
-}
-
-bool OutlineGrid::contains(const Eigen::Vector2d& p) const {
-  return cells_.count({static_cast<std::int32_t>(std::floor(p.x() / cell_size_)),
-                       static_cast<std::int32_t>(std::floor(p.y() / cell_size_))}) > 0;
-}
-
-std::vector<Polygon> OutlineGrid::outlines(int close_cells) const {
-  using Cell = std::pair<std::int32_t, std::int32_t>;
-  std::set<Cell> cells = cells_;
-  // Closing: dilate, then erode, both by a square.
-  if (close_cells > 0) {
-    std::set<Cell> grown;
-    for (const auto& [i, j] : cells_) {
-      for (int di = -close_cells; di <= close_cells; ++di) {
-        for (int dj = -close_cells; dj <= close_cells; ++dj) grown.insert({i + di, j + dj});
-      }
-    }
-    for (const auto& [i, j] : grown) {
-      bool all = true;
-      for (int di = -close_cells; di <= close_cells && all; ++di) {
-        for (int dj = -close_cells; dj <= close_cells && all; ++dj) {
-          all = grown.count({i + di, j + dj}) > 0;
-        }
-      }
-      if (all) cells.insert({i, j});
-    }
-  }
-  // Border edges with the inside on their left, from lattice point to lattice point. At a point
-  // where two cells touch by their corners two edges leave: turning right keeps 4-connection.
-  std::multimap<Cell, Cell> edges;
-  for (const auto& [i, j] : cells) {
-    if (!cells.count({i, j - 1})) edges.insert({{i, j}, {i + 1, j}});
-    if (!cells.count({i + 1, j})) edges.insert({{i + 1, j}, {i + 1, j + 1}});
-    if (!cells.count({i, j + 1})) edges.insert({{i + 1, j + 1}, {i, j + 1}});
-    if (!cells.count({i - 1, j})) edges.insert({{i, j + 1}, {i, j}});
-  }
-  std::vector<Polygon> result;
-  while (!edges.empty()) {
-    std::vector<Eigen::Vector2d> ring;
-    const Cell start = edges.begin()->first;
-    Cell at = start, direction{0, 0};
-    do {
-      auto [begin, end] = edges.equal_range(at);
-      auto chosen = begin;
-      for (auto it = begin; it != end; ++it) {
-        const Cell step{it->second.first - at.first, it->second.second - at.second};
-        const int turn = direction.first * step.second - direction.second * step.first;
-        if (turn > 0) chosen = it;  // left turns stay with the same cell
-      }
-      if (chosen == edges.end()) break;
-      const Cell next = chosen->second;
-      ring.emplace_back(at.first * cell_size_, at.second * cell_size_);
-      direction = {next.first - at.first, next.second - at.second};
-      edges.erase(chosen);
-      at = next;
-    } while (at != start);
-    if (twice_area(ring) <= 0) continue;  // the border of a hole
-    if (auto polygon = Polygon::from_vertices(std::move(ring))) {
-      result.push_back(polygon->simplified(0.75 * cell_size_));
-    }
-  }
-  std::stable_sort(result.begin(), result.end(),
-                   [](const Polygon& a, const Polygon& b) { return a.area() > b.area(); });
-  return result;
 }
 
 }  // namespace lamina

@@ -14,10 +14,10 @@ namespace lamina {
 
 /// One cell: z = height + slope.x (x - cx) + slope.y (y - cy), (cx, cy) the cell's centre.
 struct SurfelCell {
-  double height = 0;                                   ///< m, at the cell's centre
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();     ///< m per m
+  double height = 0;                                     ///< m, at the cell's centre
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();       ///< m per m
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of (height, slope.x, slope.y)
-  Moments evidence;                                    ///< of the points that fell in it
+  Moments evidence;                                      ///< of the points that fell in it
   int parent_plane = -1;
 };
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include <lamina/models/error.hpp>
+
 namespace lamina {
 namespace {
 constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
@@ -12,6 +14,10 @@ constexpr double kLargestSeconds = 9.2e9;  // int64 nanoseconds end near 292 yea
 }  // namespace
 
 Timestamp Timestamp::from_seconds(double seconds) {
+  if (!(std::abs(seconds) <= kLargestSeconds)) {
+    throw Error("time: found " + std::to_string(seconds) +
+                " s, expected a finite time within 292 years");
+  }
   const double whole = std::floor(seconds);
   return Timestamp(static_cast<std::int64_t>(whole) * kNanosecondsPerSecond +
                    static_cast<std::int64_t>(std::llround((seconds - whole) * 1e9)));

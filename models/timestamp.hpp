@@ -13,7 +13,8 @@ class Timestamp {
  public:
   constexpr Timestamp() = default;
   static constexpr Timestamp from_nanoseconds(std::int64_t ns) { return Timestamp(ns); }
-  /// Rounds to the nearest nanosecond the double can tell.
+  /// Rounds to the nearest nanosecond the double can tell; throws lamina::Error when not finite or
+  /// more than 292 years.
   static Timestamp from_seconds(double seconds);
   /// Reads decimal seconds ("1341836538.891350") exactly, without passing through a double; an
   /// exponent is taken through a double. nullopt when the text is no finite number or too large.
@@ -27,9 +28,7 @@ class Timestamp {
   constexpr auto operator<=>(const Timestamp&) const = default;
   /// Seconds from `other` to this.
   double operator-(Timestamp other) const { return static_cast<double>(ns_ - other.ns_) * 1e-9; }
-  Timestamp operator+(double seconds) const {
-    return Timestamp(ns_ + from_seconds(seconds).ns_);
-  }
+  Timestamp operator+(double seconds) const { return Timestamp(ns_ + from_seconds(seconds).ns_); }
 
  private:
   constexpr explicit Timestamp(std::int64_t ns) : ns_(ns) {}

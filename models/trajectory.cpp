@@ -49,9 +49,9 @@ bool Trajectory::add(Timestamp stamp, const SE3& pose) {
 }
 
 std::optional<SE3> Trajectory::at(Timestamp stamp, double max_gap) const {
-  const auto after = std::lower_bound(
-      poses_.begin(), poses_.end(), stamp,
-      [](const StampedPose& pose, Timestamp time) { return pose.stamp < time; });
+  const auto after =
+      std::lower_bound(poses_.begin(), poses_.end(), stamp,
+                       [](const StampedPose& pose, Timestamp time) { return pose.stamp < time; });
   if (after == poses_.end()) return std::nullopt;
   if (after->stamp == stamp) return after->pose;
   if (after == poses_.begin()) return std::nullopt;
@@ -85,8 +85,7 @@ Trajectory Trajectory::read_tum(std::istream& in, const std::string& name) {
       return input_error(name, std::to_string(number), found, expected);
     };
     if (fields.size() != 8) {
-      throw fail(std::to_string(fields.size()) + " columns",
-                 "8: timestamp tx ty tz qx qy qz qw");
+      throw fail(std::to_string(fields.size()) + " columns", "8: timestamp tx ty tz qx qy qz qw");
     }
     const auto stamp = Timestamp::parse(fields[0]);
     if (!stamp) throw fail("'" + std::string(fields[0]) + "'", "a time in seconds");
@@ -97,8 +96,8 @@ Trajectory Trajectory::read_tum(std::istream& in, const std::string& name) {
       v[i] = *value;
     }
     const Eigen::Quaterniond q(v[6], v[3], v[4], v[5]);
-    if (std::abs(q.norm() - 1.0) > 1e-2) throw fail("a quaternion of length " +
-                                                    std::to_string(q.norm()), "length 1");
+    if (std::abs(q.norm() - 1.0) > 1e-2)
+      throw fail("a quaternion of length " + std::to_string(q.norm()), "length 1");
     if (!trajectory.add(*stamp, SE3(SO3(q), {v[0], v[1], v[2]}))) {
       throw fail("time " + std::string(fields[0]) + " not after the line before",
                  "increasing times");

@@ -15,8 +15,7 @@ using Matrix6d = Eigen::Matrix<double, 6, 6>;
 class SE3 {
  public:
   SE3() : t_(Eigen::Vector3d::Zero()) {}
-  SE3(const SO3& rotation, const Eigen::Vector3d& translation)
-      : so3_(rotation), t_(translation) {}
+  SE3(const SO3& rotation, const Eigen::Vector3d& translation) : so3_(rotation), t_(translation) {}
   static SE3 from_translation(const Eigen::Vector3d& t) { return SE3(SO3(), t); }
   static SE3 exp(const Vector6d& d);
   /// A planar pose: x, y and heading about z.
@@ -24,9 +23,7 @@ class SE3 {
 
   Vector6d log() const;
   SE3 inverse() const;
-  SE3 operator*(const SE3& other) const {
-    return SE3(so3_ * other.so3_, so3_ * other.t_ + t_);
-  }
+  SE3 operator*(const SE3& other) const { return SE3(so3_ * other.so3_, so3_ * other.t_ + t_); }
   Eigen::Vector3d operator*(const Eigen::Vector3d& point) const { return so3_ * point + t_; }
   Eigen::Matrix4d matrix() const;
   /// Adj(T) d = log(T exp(d) T^-1): [R, hat(t) R; 0, R].

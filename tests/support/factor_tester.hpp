@@ -13,6 +13,7 @@
 #include <lamina/models/lie/se3.hpp>
 
 #include "support/random.hpp"
+#include "support/statistics.hpp"
 
 namespace lamina::test {
 
@@ -80,19 +81,5 @@ class FactorTester {
   const ceres::CostFunction& cost_;
   std::vector<const ceres::Manifold*> manifolds_;
 };
-
-/// Draws `samples` whitened residuals and checks that their mean is zero and their covariance the
-/// unit matrix, each within five of its own standard errors (for normal noise).
-testing::AssertionResult has_unit_covariance(const std::function<Eigen::VectorXd(Random&)>& draw,
-                                             int samples = 2000, std::uint64_t seed = 1);
-
-/// x^T P^-1 x of errors with their covariance, averaged over `draw`s, lies inside the two-sided
-/// 99.9 % band of its chi-squared law (normal approximation): estimates are as sure as they say.
-struct ErrorAndCovariance {
-  Eigen::VectorXd error;
-  Eigen::MatrixXd covariance;
-};
-testing::AssertionResult is_consistent(const std::function<ErrorAndCovariance(Random&)>& draw,
-                                       int samples = 500, std::uint64_t seed = 1);
 
 }  // namespace lamina::test

@@ -1,0 +1,54 @@
+# Run by ctest: install, configure examples/, and a program that links every library, build, run.
+# -DBUILD, -DSOURCE, -DWORK, -DGENERATOR, -DLINK_FLAGS.
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE text ERROR_VARIABLE text)
+  if(NOT status EQUAL 0)
+    list(JOIN ARGN " " command)
+    message(FATAL_ERROR "${command}\nfailed with ${status}:\n${text}")
+  endif()
+  set(text "${text}" PARENT_SCOPE)
+endfunction()
+
+file(REMOVE_RECURSE ${WORK})
+run(${CMAKE_COMMAND} --build ${BUILD})
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/prefix)
+
+# Flags that would break the layout of Eigen's types must not reach those who link us.
+file(GLOB_RECURSE exported ${WORK}/prefix/*.cmake)
+if(NOT exported)
+  message(FATAL_ERROR "no CMake files under ${WORK}/prefix")
+endif()
+foreach(file IN LISTS exported)
+  file(READ ${file} text)
+  if(text MATCHES "-march|-mavx|-mtune|-ffast-math")
+    message(FATAL_ERROR "${file} exports ${CMAKE_MATCH_0}")
+  endif()
+  if(text MATCHES "${BUILD}/" OR text MATCHES "${SOURCE}/[a-z]")
+    message(FATAL_ERROR "${file} names the build or source tree: ${CMAKE_MATCH_0}")
+  endif()
+endforeach()
+
+set(configure ${CMAKE_COMMAND} -G ${GENERATOR} -DCMAKE_PREFIX_PATH=${WORK}/prefix
+    -DCMAKE_BUILD_TYPE=Debug "-DCMAKE_EXE_LINKER_FLAGS=${LINK_FLAGS}")
+run(${configure} -S ${SOURCE}/examples -B ${WORK}/examples)
+run(${CMAKE_COMMAND} --build ${WORK}/examples)
+run(${WORK}/examples/fit_plane)
+message(STATUS "${text}")
+
+# Every library at once: all that their third-party packages need is found by lamina-config.cmake.
+file(WRITE ${WORK}/all/CMakeLists.txt [=[
+cmake_minimum_required(VERSION 3.25)
+project(all LANGUAGES CXX)
+find_package(lamina REQUIRED)
+add_executable(all all.cpp)
+foreach(name IN LISTS lamina_LIBRARIES)
+  target_link_libraries(all PRIVATE lamina::${name})
+endforeach()
+]=])
+file(WRITE ${WORK}/all/all.cpp [=[
+#include <lamina/models/plane.hpp>
+int main() { return lamina::Plane().rho() == 0 ? 0 : 1; }
+]=])
+run(${configure} -S ${WORK}/all -B ${WORK}/all/build)
+run(${CMAKE_COMMAND} --build ${WORK}/all/build)
+run(${WORK}/all/build/all)
