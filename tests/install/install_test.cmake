@@ -36,19 +36,19 @@ run(${WORK}/examples/fit_plane)
 message(STATUS "${text}")
 
 # Every library at once: all that their third-party packages need is found by lamina-config.cmake.
-file(WRITE ${WORK}/all/CMakeLists.txt [=[
+file(WRITE ${WORK}/every/CMakeLists.txt [=[
 cmake_minimum_required(VERSION 3.25)
-project(all LANGUAGES CXX)
+project(every LANGUAGES CXX)
 find_package(lamina REQUIRED)
-add_executable(all all.cpp)
+add_executable(every every.cpp)
 foreach(name IN LISTS lamina_LIBRARIES)
-  target_link_libraries(all PRIVATE lamina::${name})
+  target_link_libraries(every PRIVATE lamina::${name})
 endforeach()
 ]=])
-file(WRITE ${WORK}/all/all.cpp [=[
+file(WRITE ${WORK}/every/every.cpp [=[
 #include <lamina/models/plane.hpp>
 int main() { return lamina::Plane().rho() == 0 ? 0 : 1; }
 ]=])
-run(${configure} -S ${WORK}/all -B ${WORK}/all/build)
-run(${CMAKE_COMMAND} --build ${WORK}/all/build)
-run(${WORK}/all/build/all)
+run(${configure} -S ${WORK}/every -B ${WORK}/every/build)
+run(${CMAKE_COMMAND} --build ${WORK}/every/build)
+run(${WORK}/every/build/every)

@@ -1,3 +1,4 @@
 #include <pcl/point_types.h>
 #include <lamina/backend/graph.hpp>
 using namespace std;
+// A formula from [Nobody1999].
