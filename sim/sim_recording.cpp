@@ -91,11 +91,12 @@ std::optional<Measurement> Simulation::next() {
   return measure(stream, index, time);
 }
 
-void Simulation::count_hits(const std::vector<std::int32_t>& surfaces) {
+template <class Valid>
+void Simulation::count_hits(const std::vector<std::int32_t>& surfaces, const Valid& valid) {
   std::vector<std::int64_t> here(hits_.size());
-  for (std::int32_t surface : surfaces) {
-    const int plane = caster_->plane_of(surface);
-    if (plane >= 0) {
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const int plane = caster_->plane_of(surfaces[i]);
+    if (plane >= 0 && valid(i)) {
       ++here[static_cast<std::size_t>(plane)];
     }
   }
@@ -136,15 +137,15 @@ Measurement Simulation::measure(Stream stream, std::int64_t index, double time) 
     case kLidar: {
       const SE3 T_map_lidar = T_map_body * world_.rig.lidar->model.T_body_lidar;
       scan_truth_ = renderers_->lidar->truth(T_map_lidar);
-      count_hits(scan_truth_.surfaces);
       LaserScan scan = renderers_->lidar->measure(scan_truth_, T_map_lidar, stamp, frame);
+      count_hits(scan_truth_.surfaces, [&](std::size_t i) { return scan.valid(i); });
       scan.lidar = *believed_.lidar;
       return scan;
     }
     case kStereo: {
       const SE3 T_map_camera = T_map_body * world_.rig.stereo->camera.camera.T_body_camera;
       depth_truth_ = renderers_->stereo->truth(T_map_camera);
-      count_hits(depth_truth_.surface);
+      count_hits(depth_truth_.surface, [](std::size_t) { return true; });
       StereoFrame pair = renderers_->stereo->measure(depth_truth_, T_map_camera, stamp, frame);
       pair.camera = *believed_.stereo_camera;
       return pair;
@@ -152,8 +153,8 @@ Measurement Simulation::measure(Stream stream, std::int64_t index, double time) 
     default: {
       const SE3 T_map_camera = T_map_body * world_.rig.depth->camera.camera.T_body_camera;
       depth_truth_ = renderers_->depth->truth(T_map_camera);
-      count_hits(depth_truth_.surface);
       DepthFrame image = renderers_->depth->measure(depth_truth_, T_map_camera, stamp, frame);
+      count_hits(depth_truth_.surface, [&](std::size_t i) { return image.raw[i] > 0; });
       image.camera = *believed_.depth_camera;
       return image;
     }

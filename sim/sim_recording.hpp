@@ -42,7 +42,9 @@ class Simulation final : public Recording {
   struct Renderers;
   double time_of(Stream stream, std::int64_t index) const;
   Timestamp stamp_at(double time) const;
-  void count_hits(const std::vector<std::int32_t>& surfaces);
+  /// `valid(i)`: whether pixel or beam i gave a measurement.
+  template <class Valid>
+  void count_hits(const std::vector<std::int32_t>& surfaces, const Valid& valid);
   Measurement measure(Stream stream, std::int64_t index, double time);
   Measurement accelerate(Timestamp stamp, std::int64_t index, double time) const;
 

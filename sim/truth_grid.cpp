@@ -1,0 +1,156 @@
+// The true ground: height, navigability, and where a robot gets to.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <lamina/sim/truth.hpp>
+
+namespace lamina::sim {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kMargin = 6;  // m around the path
+constexpr double kSlopeFull = 45 * kPi / 180;
+
+struct Cell {
+  bool ground = false, blocked = false;
+  double height = 0, slope = 0;
+};
+
+void frame_path(const World& world, double resolution, TruthGrid& grid) {
+  double x0 = 1e9, y0 = 1e9, x1 = -1e9, y1 = -1e9;
+  for (const Knot& knot : world.path.knots()) {
+    x0 = std::min(x0, knot.position_map.x()), x1 = std::max(x1, knot.position_map.x());
+    y0 = std::min(y0, knot.position_map.y()), y1 = std::max(y1, knot.position_map.y());
+  }
+  double sx0 = 1e9, sy0 = 1e9, sx1 = -1e9, sy1 = -1e9;
+  for (const ScenePlane& plane : world.scene.planes()) {
+    for (const Eigen::Vector3d& p : plane.outline_map) {
+      sx0 = std::min(sx0, p.x()), sx1 = std::max(sx1, p.x());
+      sy0 = std::min(sy0, p.y()), sy1 = std::max(sy1, p.y());
+    }
+  }
+  grid.resolution = resolution;
+  grid.x0 = resolution * std::floor(std::max(x0 - kMargin, sx0) / resolution);
+  grid.y0 = resolution * std::floor(std::max(y0 - kMargin, sy0) / resolution);
+  const double right = std::min(x1 + kMargin, sx1), top = std::min(y1 + kMargin, sy1);
+  grid.width = std::max(0, static_cast<int>(std::ceil((right - grid.x0) / resolution - 1e-9)));
+  grid.height = std::max(0, static_cast<int>(std::ceil((top - grid.y0) / resolution - 1e-9)));
+}
+
+Cell look(const Caster& caster, double x, double y, double r, double robot_height) {
+  Cell cell;
+  const auto down = caster.cast({x, y, robot_height}, {0, 0, -1});
+  // A side met from behind: the cell is inside something taller than the robot, or outdoors.
+  const auto across = caster.cast({x, y, robot_height}, {1, 0, 0});
+  const int side = across ? caster.plane_of(across->surface) : -1;
+  const bool inside =
+      side >= 0 &&
+      caster.scene().planes()[static_cast<std::size_t>(side)].plane_map.normal().x() > 1e-9;
+  if (down) {
+    cell.ground = true;
+    cell.blocked = inside;
+    cell.height = inside ? robot_height : robot_height - down->range;
+    cell.slope = inside ? 0 : std::acos(std::clamp(down->normal_map.z(), -1.0, 1.0));
+  }
+  const double base = down ? cell.height : 0;
+  for (double share : {0.06, 0.2, 0.4, 0.7, 0.98}) {
+    const double z = std::max(base, 0.0) + share * (robot_height - std::max(base, 0.0));
+    cell.blocked = cell.blocked || caster.cast({x - r / 2, y, z}, {1, 0, 0}, 0, r).has_value() ||
+                   caster.cast({x, y - r / 2, z}, {0, 1, 0}, 0, r).has_value();
+  }
+  return cell;
+}
+
+void mark_posts(const Scene& scene, double robot_height, TruthGrid& grid,
+                std::vector<Cell>& cells) {
+  for (const Cylinder& c : scene.cylinders()) {
+    if (std::abs(c.axis_map.z()) < 0.5 || c.base_map.z() > robot_height) {
+      continue;
+    }
+    const double r = c.radius;
+    for (double dx : {-r, 0.0, r}) {
+      for (double dy : {-r, 0.0, r}) {
+        const double i = std::floor((c.base_map.x() + dx - grid.x0) / grid.resolution);
+        const double j = std::floor((c.base_map.y() + dy - grid.y0) / grid.resolution);
+        if (i >= 0 && j >= 0 && i < grid.width && j < grid.height) {
+          cells[grid.index(static_cast<int>(i), static_cast<int>(j))].blocked = true;
+        }
+      }
+    }
+  }
+}
+
+/// From the start, over steps and slopes the robot can take.
+void flood(const World& world, const GridRules& rules, const std::vector<Cell>& cells,
+           TruthGrid& grid) {
+  const Eigen::Vector3d start = world.path.at(0).translation();
+  const int i0 = static_cast<int>(std::floor((start.x() - grid.x0) / grid.resolution));
+  const int j0 = static_cast<int>(std::floor((start.y() - grid.y0) / grid.resolution));
+  if (i0 < 0 || j0 < 0 || i0 >= grid.width || j0 >= grid.height) {
+    return;
+  }
+  std::vector<std::pair<int, int>> open = {{i0, j0}};
+  grid.reachable[grid.index(i0, j0)] = 1;
+  while (!open.empty()) {
+    const auto [i, j] = open.back();
+    open.pop_back();
+    const Cell& from = cells[grid.index(i, j)];
+    const int di[4] = {1, -1, 0, 0}, dj[4] = {0, 0, 1, -1};
+    for (int k = 0; k < 4; ++k) {
+      const int u = i + di[k], v = j + dj[k];
+      if (u < 0 || v < 0 || u >= grid.width || v >= grid.height) {
+        continue;
+      }
+      const std::size_t at = grid.index(u, v);
+      const Cell& to = cells[at];
+      if (grid.reachable[at] > 0 || !to.ground || to.blocked ||
+          std::abs(to.height - from.height) > rules.max_step + 1e-9 ||
+          to.slope > rules.max_slope_deg * kPi / 180) {
+        continue;
+      }
+      grid.reachable[at] = 1;
+      open.emplace_back(u, v);
+    }
+  }
+}
+
+}  // namespace
+
+TruthGrid grid_truth(const World& world, const Caster& caster, const GridRules& rules) {
+  TruthGrid grid;
+  if (world.path.knots().empty() || std::abs(world.path.at(0).translation().z()) > 0.5) {
+    return grid;
+  }
+  double resolution = rules.resolution;
+  frame_path(world, resolution, grid);
+  const std::size_t size =
+      static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height);
+  std::vector<Cell> cells(size);
+  for (int j = 0; j < grid.height; ++j) {
+    for (int i = 0; i < grid.width; ++i) {
+      cells[grid.index(i, j)] =
+          look(caster, grid.x0 + (i + 0.5) * resolution, grid.y0 + (j + 0.5) * resolution,
+               resolution, rules.robot_height);
+    }
+  }
+  mark_posts(world.scene, rules.robot_height, grid, cells);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  grid.surface.assign(size, nan);
+  grid.navigability.assign(size, 0);
+  grid.reachable.assign(size, 0);
+  for (std::size_t k = 0; k < size; ++k) {
+    const Cell& cell = cells[k];
+    if (!cell.ground) {
+      continue;  // nothing below: no surface, and not navigable
+    }
+    grid.surface[k] = static_cast<float>(cell.height);
+    const double by_height = 1 - std::clamp(std::abs(cell.height) / rules.robot_height, 0.0, 1.0);
+    const double by_slope = cell.slope > kSlopeFull ? 0 : 1 - 0.8 * cell.slope / kSlopeFull;
+    grid.navigability[k] = cell.blocked ? 0.0F : static_cast<float>(by_height * by_slope);
+  }
+  flood(world, rules, cells, grid);
+  return grid;
+}
+
+}  // namespace lamina::sim
