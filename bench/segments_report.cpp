@@ -25,6 +25,7 @@ struct Item {
 struct Input {
   std::vector<Item> items;
   OdometryTrack odometry;
+  OdometryModel model;
   std::vector<Plane> planes_map;  // simulated
 };
 
@@ -61,6 +62,7 @@ Input read_input(const std::string& name) {
     input.items.push_back(std::move(item));
   }
   input.odometry = OdometryTrack(samples);
+  input.model = recording->calibration().odometry;
   return input;
 }
 
@@ -82,41 +84,49 @@ bool same_plane(const Plane& a, const Plane& b) {
          std::abs(a.rho() - (dot > 0 ? b.rho() : -b.rho())) < 0.03;
 }
 
-// Switches and false matches against the simulator's truth.
+// Switches and false matches against the simulator's truth. A switch: a piece of a true plane that
+// overlaps a piece seen in the scan before (by more than half of the shorter), under other ids
+// only.
 struct Truth {
-  std::map<int, std::set<std::int64_t>> previous;  // ids of each plane in the last scan
+  struct Piece {
+    int plane;
+    std::int64_t track;
+    Eigen::Vector3d a, b;  // odometry frame
+  };
+  std::vector<Piece> previous;
   std::map<std::int64_t, int> plane_of_track;
   std::int64_t matches = 0, switches = 0, false_matches = 0, no_plane = 0, segments = 0;
 
-  void add(const std::vector<SegmentObservation>& segments_seen, const Input& input,
-           const Item& item) {
-    std::map<int, std::set<std::int64_t>> now;
-    for (const SegmentObservation& s : segments_seen) {
+  static bool overlap(const Piece& p, const Piece& q) {
+    const Eigen::Vector3d d = (p.b - p.a).normalized();
+    const double p1 = (p.b - p.a).norm(), u = d.dot(q.a - p.a), v = d.dot(q.b - p.a);
+    const double shared = std::min(p1, std::max(u, v)) - std::max(0.0, std::min(u, v));
+    return shared > 0.5 * std::min(p1, std::abs(u - v));
+  }
+
+  void add(const Observations& out, const SE3& T_odom_body, const Input& input, const Item& item) {
+    std::vector<Piece> now;
+    const SE3 T = T_odom_body * out.T_body_sensor;
+    for (const SegmentObservation& s : out.segments) {
       const int plane = majority_plane(s.segment, item.planes);
       ++segments;
       no_plane += plane < 0 ? 1 : 0;
       if (plane < 0 || s.track < 0) continue;
-      now[plane].insert(s.track);
+      now.push_back({plane, s.track,
+                     T * Eigen::Vector3d(s.segment.start.x(), s.segment.start.y(), 0),
+                     T * Eigen::Vector3d(s.segment.end.x(), s.segment.end.y(), 0)});
       ++matches;
       const auto known = plane_of_track.emplace(s.track, plane).first;
-      const std::size_t a = static_cast<std::size_t>(known->second);
-      const std::size_t b = static_cast<std::size_t>(plane);
-      if (known->second != plane && !same_plane(input.planes_map[a], input.planes_map[b])) {
-        ++false_matches;
-        if (std::getenv("SEGMENTS_VERBOSE"))
-          std::printf("false match at %s track %lld plane %d was %d beams %d..%d\n",
-                      item.scan.stamp.to_string().c_str(), static_cast<long long>(s.track), plane,
-                      known->second, s.segment.first_beam, s.segment.last_beam);
+      const std::size_t first = static_cast<std::size_t>(known->second);
+      const std::size_t here = static_cast<std::size_t>(plane);
+      false_matches += !same_plane(input.planes_map[first], input.planes_map[here]) ? 1 : 0;
+      bool seen = false, kept = false;
+      for (const Piece& old : previous) {
+        if (old.plane != plane || !overlap(now.back(), old)) continue;
+        seen = true;
+        kept |= old.track == s.track;
       }
-    }
-    for (const auto& [plane, ids] : now) {
-      const auto before = previous.find(plane);
-      if (before == previous.end()) continue;
-      const bool kept = std::any_of(ids.begin(), ids.end(),
-                                    [&](std::int64_t id) { return before->second.count(id) > 0; });
-      switches += kept ? 0 : 1;
-      if (!kept && std::getenv("SEGMENTS_VERBOSE"))
-        std::printf("switch at %s plane %d\n", item.scan.stamp.to_string().c_str(), plane);
+      switches += seen && !kept ? 1 : 0;
     }
     previous = std::move(now);
   }
@@ -190,20 +200,21 @@ double quantile(std::vector<double> values, double q) {
 
 int run(const std::string& name, const char* picture_file) {
   const Input input = read_input(name);
-  SegmentFrontend frontend;
+  TrackingOptions tracking;
+  tracking.odometry = input.model;
+  SegmentFrontend frontend({}, tracking);
   Picture picture;
   Truth truth;
   std::map<std::int64_t, int> length;
   std::vector<double> times, scales;
   std::int64_t segments = 0, tracked = 0, returns = 0, loose = 0, curved = 0;
-  const bool blind = std::getenv("SEGMENTS_NO_ODOMETRY") != nullptr;
   std::optional<SE3> T_odom_last;
   const std::size_t stride = std::max<std::size_t>(1, input.items.size() / 800);
   for (std::size_t k = 0; k < input.items.size(); ++k) {
     const Item& item = input.items[k];
     const std::optional<Odometry> odometry = input.odometry.at(item.scan.stamp);
     std::optional<SE3> motion;
-    if (odometry && T_odom_last && !blind) motion = T_odom_last->inverse() * odometry->T_odom_body;
+    if (odometry && T_odom_last) motion = T_odom_last->inverse() * odometry->T_odom_body;
     if (odometry) T_odom_last = odometry->T_odom_body;
     const auto start = std::chrono::steady_clock::now();
     const Observations out = frontend.process(item.scan, motion);
@@ -218,7 +229,7 @@ int run(const std::string& name, const char* picture_file) {
       tracked += s.track >= 0 ? 1 : 0;
       if (s.track >= 0) ++length[s.track];
     }
-    if (!item.planes.empty()) truth.add(out.segments, input, item);
+    if (!item.planes.empty()) truth.add(out, T_odom_last.value_or(SE3()), input, item);
     if (k % stride == 0) picture.add(out, T_odom_last.value_or(SE3()), k % (4 * stride) == 0);
   }
   std::vector<double> lengths;

@@ -15,6 +15,8 @@ constexpr int kSplitCandidates = 16;
 constexpr double kArcParameterCost = 5;
 // How much more than the threshold of a split a chord of an arc may miss by.
 constexpr double kArcMissFactor = 6;
+// The scatter that the returns of two lines leave raises the bar of a merge up to this.
+constexpr double kMaxScatter = 3;
 // How far behind a line a return must lie to prove an opening (m, and sigmas).
 constexpr double kOpening = 0.05, kOpeningSigmas = 4;
 // Chord against beam where consecutive beams may still be joined if they prove collinear (rad).
@@ -100,10 +102,13 @@ void SegmentExtractor::split(int begin, int end) {
   runs_.push_back({{{begin, end}}, points_.sums(begin, end)});
 }
 
-// Positive when one line for both loses significantly.
+// Positive when one line for both loses significantly; where even two lines fit worse than the
+// noise model says, by the scatter they leave.
 double SegmentExtractor::merge_loss(const Run& a, const Run& b) const {
   const InverseRangeSums both = a.sums + b.sums;
-  return both.cost() - a.sums.cost() - b.sums.cost() - threshold(both.count);
+  const double apart = a.sums.cost() + b.sums.cost();
+  const double reduced = both.count > 8 ? apart / (both.count - 4) : 1.0;
+  return both.cost() - apart - threshold(both.count) * std::clamp(reduced, 1.0, kMaxScatter);
 }
 
 bool SegmentExtractor::contiguous(const Run& a, const Run& b) const {

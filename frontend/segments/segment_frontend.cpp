@@ -52,6 +52,9 @@ Matrix6d SegmentFrontend::motion_covariance(const std::optional<SE3>& T_prev_cur
   Vector6d variance;
   variance << Eigen::Vector3d::Constant(still_m + moved),
       Eigen::Vector3d::Constant(still_rad + turned);
+  if (model.planar) {  // wheels hold height, roll and pitch
+    variance.segment<3>(2) << still_m, still_rad, still_rad;
+  }
   return variance.asDiagonal();
 }
 

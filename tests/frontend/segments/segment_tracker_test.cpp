@@ -1,6 +1,7 @@
 // Tracks through rooms and over roofs, in any mounting.
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <lamina/frontend/segments/segment_frontend.hpp>
 #include <map>
 #include <set>
@@ -77,6 +78,83 @@ TEST(SegmentFrontend, OddScansAreCountedAndTheirMotionKept) {
   EXPECT_GE(out.segments.size(), 3u);
   for (const SegmentObservation& s : out.segments) EXPECT_GE(s.track, 0);
   EXPECT_EQ(frontend.tracker().counts().births, births);
+}
+
+// A scanner that hangs under a body and looks down, across the flight: scanner x is down.
+SE3 looking_down() {
+  Eigen::Matrix3d R;
+  R << 0, 0, 1, 0, 1, 0, -1, 0, 0;
+  return SE3(SO3::from_matrix(R), {0.2, 0, -0.1});
+}
+
+// Flies along x over a surface that lies depth(x) below the scanner and is level across the flight;
+// returns the ids seen at each step.
+std::vector<std::int64_t> fly(const std::function<double(double)>& depth, double step, int steps) {
+  ScanMaker maker;
+  maker.beams = 481;
+  maker.fov = 2 * M_PI / 3;
+  std::mt19937 random(8);
+  SegmentFrontend frontend;
+  std::vector<std::int64_t> ids;
+  for (int k = 0; k < steps; ++k) {
+    const double d = depth((k - steps / 2) * step);
+    LaserScan scan = maker.scan({{{d, -4}, {d, 4}}}, random);
+    scan.lidar.T_body_lidar = looking_down();
+    scan.stamp = Timestamp::from_seconds(0.1 * k);
+    const Observations out = frontend.process(scan, SE3::planar(step, 0, 0));
+    EXPECT_EQ(out.segments.size(), 1u);
+    ids.push_back(out.segments.empty() ? -2 : out.segments[0].track);
+  }
+  return ids;
+}
+
+TEST(SegmentFrontend, ARoofFlownAlongItsRidgesNormalIsTwoTracks) {
+  const auto ids = fly([](double x) { return 6 + std::abs(x) * std::tan(M_PI / 6); }, 0.1, 80);
+  // After the ridge at step 40 the old id goes within five steps, and a new one comes and stays.
+  EXPECT_GE(ids[38], 0);
+  EXPECT_NE(ids[45], ids[38]);
+  EXPECT_GE(ids[50], 0);
+  EXPECT_NE(ids[50], ids[38]);
+  EXPECT_EQ(ids[79], ids[50]);
+  EXPECT_EQ(ids[10], ids[38]);
+}
+
+TEST(SegmentFrontend, ASlopeFlownOverIsOneTrack) {
+  const auto ids = fly([](double x) { return 8 + 0.5 * x; }, 0.1, 80);
+  EXPECT_EQ(std::set<std::int64_t>(ids.begin() + 3, ids.end()).size(), 1u);
+}
+
+TEST(SegmentFrontend, ATankFlownAcrossGivesNoLastingTracks) {
+  const double radius = 3;
+  const auto ids =
+      fly([&](double x) { return 6 + radius - std::sqrt(std::max(0.0, radius * radius - x * x)); },
+          0.06, 80);
+  std::map<std::int64_t, int> length;
+  for (const std::int64_t id : ids) length[id] += id >= 0 ? 1 : 0;
+  for (const auto& [id, n] : length) EXPECT_LT(n, 30) << id;
+}
+
+TEST(SegmentTracker, AGivenPlanePredictsItsTrack) {
+  ScanMaker maker;
+  std::mt19937 random(8);
+  SegmentFrontend frontend;
+  LaserScan scan = maker.scan({{{5, -4}, {5, 4}}}, random);
+  scan.lidar.T_body_lidar = looking_down();
+  for (int k = 0; k < 3; ++k) {
+    scan.stamp = Timestamp::from_seconds(0.1 * k);
+    frontend.process(scan, SE3());
+  }
+  // A slope z = -5.1 + 0.5 (x - 0.2) under the body: known, it is met again 4 m further on, 2 m up.
+  const Plane slope(Eigen::Vector3d(-0.5, 0, 1), -5.1 - 0.1);
+  const std::int64_t id = frontend.tracker().tracks().at(0).id;
+  EXPECT_TRUE(frontend.set_plane(id, slope, 1e-6 * Eigen::Matrix3d::Identity()));
+  EXPECT_FALSE(frontend.set_plane(id + 1, slope, 1e-6 * Eigen::Matrix3d::Identity()));
+  scan = maker.scan({{{3, -4}, {3, 4}}}, random);
+  scan.lidar.T_body_lidar = looking_down();
+  scan.stamp = Timestamp::from_seconds(0.3);
+  const Observations out = frontend.process(scan, SE3::planar(4, 0, 0));
+  ASSERT_EQ(out.segments.size(), 1u);
+  EXPECT_EQ(out.segments[0].track, id);
 }
 
 }  // namespace
