@@ -13,6 +13,9 @@ std::unique_ptr<Recording> open_dataset_folder(const std::filesystem::path& fold
                                                const RecordingOptions& options);
 std::unique_ptr<Recording> open_carmen_log(const std::filesystem::path& file,
                                            const RecordingOptions& options);
+/// The same from a text in memory; `name` stands in messages.
+std::unique_ptr<Recording> open_carmen_text(std::string text, const std::string& name,
+                                            const RecordingOptions& options);
 std::unique_ptr<Recording> open_rawlog(const std::filesystem::path& file,
                                        const RecordingOptions& options);
 std::unique_ptr<Recording> open_rosbag(const std::filesystem::path& file,

@@ -1,0 +1,166 @@
+// Indexes CARMEN logs.
+#include <lamina/sensors/carmen_index.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include <lamina/sensors/text.hpp>
+
+namespace lamina {
+namespace {
+constexpr double kClockSkew = 0.5;        // s between machines before the logger's clock is trusted
+constexpr double kSaturatedShare = 1e-3;  // of all readings equal to the largest: no return
+constexpr int kFront = 1, kRear = 2;      // devices whose place is known
+
+// Several kinds of line often hold the same scans: ROBOTLASER states most, RAWLASER least.
+int preference(CarmenKind kind) {
+  switch (kind) {
+    case CarmenKind::kRobotLaser:
+      return 3;
+    case CarmenKind::kFlaser:
+    case CarmenKind::kRlaser:
+      return 2;
+    default:
+      return 1;
+  }
+}
+
+bool better(const CarmenSource& a, const CarmenSource& b) {
+  // A kind that covers far less of the log is a leftover.
+  if (2 * a.entries.size() < b.entries.size()) return false;
+  if (2 * b.entries.size() < a.entries.size()) return true;
+  return preference(a.tag.kind) > preference(b.tag.kind);
+}
+
+// Which clock: 0 = sender's, 1 = logger's. The sender's, unless its stamps run back more often
+// or machines disagree.
+class ClockChoice {
+ public:
+  void add(int stream, const CarmenStamps& stamps) {
+    Stream& s = streams_[stream];
+    if (s.count > 0) {
+      back_ipc_ += stamps.ipc < s.last.ipc ? 1 : 0;
+      back_logger_ += stamps.logger < s.last.logger ? 1 : 0;
+    }
+    s.last = stamps;
+    ++s.count;
+    s.offsets.push_back(stamps.logger - stamps.ipc);
+  }
+  bool use_logger() {
+    if (back_ipc_ != back_logger_) return back_logger_ < back_ipc_;
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    for (auto& [stream, s] : streams_) {
+      const auto middle = s.offsets.begin() + static_cast<std::ptrdiff_t>(s.offsets.size() / 2);
+      std::nth_element(s.offsets.begin(), middle, s.offsets.end());
+      low = std::min(low, *middle);
+      high = std::max(high, *middle);
+    }
+    return high - low > kClockSkew;
+  }
+
+ private:
+  struct Stream {
+    CarmenStamps last;
+    std::size_t count = 0;
+    std::vector<double> offsets;
+  };
+  std::map<int, Stream> streams_;
+  std::int64_t back_ipc_ = 0, back_logger_ = 0;
+};
+
+void read_lines(std::string_view text, CarmenIndex& index, std::vector<CarmenSource>& all) {
+  std::string_view line;
+  std::string why;
+  for (LineReader lines(text); lines.next(line);) {
+    const CarmenTag tag = carmen_tag(line);
+    if (tag.kind == CarmenKind::kOther) continue;
+    if (tag.kind == CarmenKind::kParam) {
+      if (const auto param = parse_carmen_param(line)) index.params[param->first] = param->second;
+    } else if (tag.kind == CarmenKind::kOdom) {
+      const auto odom = parse_carmen_odom(line, why);
+      if (odom) index.odoms.push_back(*odom);
+      if (!odom) index.skips.add(why);
+    } else if (const auto scan = parse_carmen_scan(tag, line, why)) {
+      const auto same = [&](const CarmenSource& s) {
+        return s.tag.kind == tag.kind && s.tag.device == tag.device;
+      };
+      auto it = std::find_if(all.begin(), all.end(), same);
+      if (it == all.end()) it = all.insert(it, CarmenSource{tag, {}, {}, 0, 0, 0});
+      it->add(*scan, line);
+    } else {
+      index.skips.add(why);
+    }
+  }
+}
+
+void choose_sources(std::vector<CarmenSource>& all, CarmenIndex& index) {
+  for (const int device : {kFront, kRear}) {
+    const CarmenSource* best = nullptr;
+    for (const CarmenSource& source : all) {
+      if (source.tag.device != device) continue;
+      if (!best || better(source, *best)) best = &source;
+    }
+    for (const CarmenSource& source : all) {
+      if (source.tag.device == device && &source != best) {
+        index.skips.add("second record of the same laser",
+                        static_cast<std::int64_t>(source.entries.size()));
+      }
+    }
+    if (best) index.sources.push_back(*best);
+  }
+  for (const CarmenSource& source : all) {
+    if (source.tag.device > kRear) {
+      index.skips.add("laser whose place is unknown",
+                      static_cast<std::int64_t>(source.entries.size()));
+    }
+  }
+}
+
+void apply_clock(CarmenIndex& index) {
+  ClockChoice clock;
+  for (const CarmenOdom& odom : index.odoms) clock.add(0, odom.stamps);
+  for (const CarmenSource& source : index.sources) {
+    for (const CarmenScanEntry& entry : source.entries) clock.add(source.tag.device, entry.stamps);
+  }
+  index.use_logger = clock.use_logger();
+  for (CarmenSource& source : index.sources) {
+    for (CarmenScanEntry& entry : source.entries) {
+      entry.stamp = index.use_logger ? entry.stamps.logger : entry.stamps.ipc;
+    }
+  }
+}
+}  // namespace
+
+SE3 to_se3(const CarmenPose& pose) { return SE3::planar(pose[0], pose[1], pose[2]); }
+
+void CarmenSource::add(const CarmenScan& scan, std::string_view line) {
+  entries.push_back({line, scan.stamps, scan.robot, {}});
+  if (scan.laser && scan.robot) {
+    mounts.push_back(to_se3(*scan.robot).inverse() * to_se3(*scan.laser));
+  }
+  for (const float r : scan.ranges) {
+    if (!std::isfinite(r)) continue;
+    if (r > largest) {
+      largest = r;
+      at_largest = 0;
+    }
+    if (r == largest) ++at_largest;
+    ++readings;
+  }
+}
+
+bool CarmenSource::saturates() const {
+  return static_cast<double>(at_largest) >
+         std::max(3.0, kSaturatedShare * static_cast<double>(readings));
+}
+
+CarmenIndex index_carmen(std::string_view text) {
+  CarmenIndex index;
+  std::vector<CarmenSource> all;
+  read_lines(text, index, all);
+  choose_sources(all, index);
+  apply_clock(index);
+  return index;
+}
+
+}  // namespace lamina

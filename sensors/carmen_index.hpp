@@ -1,0 +1,49 @@
+// First pass over a CARMEN log: where the scans stand, which of them to use, and which clock.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <lamina/models/lie/se3.hpp>
+#include <lamina/sensors/carmen_log.hpp>
+#include <lamina/sensors/skip_counts.hpp>
+
+namespace lamina {
+
+/// A scan in the log; its ranges are read again when it is asked for.
+struct CarmenScanEntry {
+  std::string_view line;
+  CarmenStamps stamps;
+  std::optional<CarmenPose> robot;
+  Timestamp stamp;  ///< by the clock that is used
+};
+
+/// What the first pass learns of one kind of line from one device.
+struct CarmenSource {
+  CarmenTag tag;
+  std::vector<CarmenScanEntry> entries;
+  std::vector<SE3> mounts;  // T_robot_laser of each line that states both
+  float largest = 0;
+  std::int64_t at_largest = 0, readings = 0;
+
+  void add(const CarmenScan& scan, std::string_view line);
+  /// The largest reading is frequent: it means no return.
+  bool saturates() const;
+};
+
+struct CarmenIndex {
+  std::vector<CarmenSource> sources;  ///< at most one front and one rear laser
+  std::vector<CarmenOdom> odoms;
+  std::map<std::string, double> params;  ///< PARAM lines with a number
+  bool use_logger = false;               ///< the logger's clock, not the senders'
+  SkipCounts skips;
+};
+
+SE3 to_se3(const CarmenPose& pose);
+
+/// Indexes a log. Entries view `text`, which must outlive the result.
+CarmenIndex index_carmen(std::string_view text);
+
+}  // namespace lamina
