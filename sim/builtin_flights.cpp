@@ -8,35 +8,6 @@ namespace {
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
-struct Gable {
-  double x = 0, y = 0, yaw_deg = 0;
-  double length = 16, width = 10;  ///< along the ridge, across
-  double eaves = 4, pitch_deg = 30;
-};
-
-/// Two roof planes over a rectangle, and its four walls.
-void add_gabled(Scene& scene, const std::string& name, const Gable& g) {
-  const SE3 T = SE3::planar(g.x, g.y, g.yaw_deg * kDegree);
-  const double l = g.length / 2, w = g.width / 2, e = g.eaves;
-  const double top = e + w * std::tan(g.pitch_deg * kDegree);
-  const auto add = [&](const char* part, PlaneLabel label,
-                       const std::vector<Eigen::Vector3d>& corners) {
-    std::vector<Eigen::Vector3d> corners_map;
-    for (const Eigen::Vector3d& corner : corners) {
-      corners_map.push_back(T * corner);
-    }
-    scene.add_polygon(name + "." + part, label, corners_map);
-  };
-  add("roof.right", PlaneLabel::kOther, {{-l, -w, e}, {l, -w, e}, {l, 0, top}, {-l, 0, top}});
-  add("roof.left", PlaneLabel::kOther, {{l, w, e}, {-l, w, e}, {-l, 0, top}, {l, 0, top}});
-  add("wall.right", PlaneLabel::kWall, {{-l, -w, 0}, {l, -w, 0}, {l, -w, e}, {-l, -w, e}});
-  add("wall.left", PlaneLabel::kWall, {{l, w, 0}, {-l, w, 0}, {-l, w, e}, {l, w, e}});
-  add("gable.front", PlaneLabel::kWall,
-      {{l, -w, 0}, {l, w, 0}, {l, w, e}, {l, 0, top}, {l, -w, e}});
-  add("gable.back", PlaneLabel::kWall,
-      {{-l, w, 0}, {-l, -w, 0}, {-l, -w, e}, {-l, 0, top}, {-l, w, e}});
-}
-
 RigDefaults aircraft() {
   RigDefaults d;
   d.depth = false;
@@ -93,25 +64,25 @@ void build_flyover(Settings& s, World& world) {
   // With the ground: 5 x 2 + 10 x 4 + 1 x 3 + 1 = 54 planes.
   Random random(54, 0);
   for (int i = 0; i < 5; ++i) {
-    Gable g;
+    House g;
     g.x = 25 + 45.0 * i;
     g.yaw_deg = random.uniform(-70, 70);
     g.pitch_deg = random.uniform(20, 40);
-    add_gabled(scene, "under" + std::to_string(i), g);
+    scene.add_house("under" + std::to_string(i), g);
   }
   for (int i = 0; i < 10; ++i) {
-    Gable g;
+    House g;
     g.x = 15 + 45.0 * (i / 2) + random.uniform(-3, 3);
     g.y = (i % 2 == 0 ? 1 : -1) * random.uniform(24, 28);
     g.yaw_deg = (i % 3 == 0 ? -1 : 1) * random.uniform(20, 65);
     g.pitch_deg = random.uniform(18, 35);
     g.eaves = random.uniform(4, 6);
-    add_gabled(scene, "beside" + std::to_string(i), g);
+    scene.add_house("beside" + std::to_string(i), g);
   }
-  Gable straight;
+  House straight;
   straight.x = 250;
   straight.y = 25;
-  add_gabled(scene, "straight", straight);
+  scene.add_house("straight", straight);
   const double altitude = s.number("flight.altitude_m", 40), speed = s.number("flight.speed", 8);
   const double end = s.number("flight.length_m", 290);
   world.path =
@@ -122,13 +93,13 @@ void build_roof_ridge(Settings& s, World& world) {
   world.rig = make_rig(s, aircraft());
   const double off = s.number("ridge.off_deg", 0);
   world.scene.add_ground("ground", PlaneLabel::kFloor, {-100, -100, 150, 100}, 0);
-  Gable g;
+  House g;
   g.x = 40;
   g.yaw_deg = 90 + off;  // the ridge lies across the flight
   g.length = s.number("ridge.length_m", 24);
   g.width = s.number("ridge.width_m", 14);
   g.pitch_deg = s.number("ridge.pitch_deg", 30);
-  add_gabled(world.scene, "house", g);
+  world.scene.add_house("house", g);
   const double altitude = s.number("flight.altitude_m", 30), speed = s.number("flight.speed", 5);
   world.path = Path::drive({{0, 0, altitude}, {80, 0, altitude}}, speed, 0.3, sway_of(s, 0, 0, 0));
 }

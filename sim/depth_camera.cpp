@@ -88,13 +88,22 @@ std::vector<float> correlation_kernel(double correlation_px) {
   if (!(correlation_px > 1)) {
     return {1.0F};
   }
-  const double s = correlation_px / (2 * std::sqrt(kPi));
-  const int radius = static_cast<int>(std::ceil(3.5 * s));
-  std::vector<double> half;
-  double energy = 0;
-  for (int k = 0; k <= radius; ++k) {
-    half.push_back(std::exp(-0.5 * k * k / (s * s)));
-    energy += (k == 0 ? 1 : 2) * half.back() * half.back();
+  // White noise smoothed by h has correlations that sum to (sum h)^2 / sum h^2 over all lags: find
+  // the width of the Gaussian for which that is correlation_px.
+  const int radius = static_cast<int>(std::ceil(1.2 * correlation_px)) + 1;
+  std::vector<double> half(static_cast<std::size_t>(radius) + 1);
+  double low = 0.05, high = correlation_px, energy = 1;
+  for (int step = 0; step < 60; ++step) {
+    const double s = 0.5 * (low + high);
+    double sum = 0;
+    energy = 0;
+    for (std::size_t k = 0; k < half.size(); ++k) {
+      const double x = static_cast<double>(k) / s;
+      half[k] = std::exp(-0.5 * x * x);
+      sum += (k == 0 ? 1 : 2) * half[k];
+      energy += (k == 0 ? 1 : 2) * half[k] * half[k];
+    }
+    (sum * sum / energy < correlation_px ? low : high) = s;
   }
   std::vector<float> kernel;
   for (double value : half) {

@@ -93,8 +93,9 @@ class DepthRenderer {
 };
 
 /// Half of a Gaussian kernel (first element: the middle), of unit energy, whose smoothing of white
-/// noise leaves correlation exp(-d^2 / (4 s^2)) with an integral over d of correlation_px:
-/// s = correlation_px / (2 sqrt(pi)). White noise for correlation_px <= 1.
+/// noise leaves correlations that sum to correlation_px over all lags of a row: the mean of n
+/// pixels then has the variance of n / correlation_px independent ones. White for correlation_px
+/// <= 1.
 std::vector<float> correlation_kernel(double correlation_px);
 
 }  // namespace lamina::sim

@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 #include <lamina/models/error.hpp>
 
@@ -27,6 +28,13 @@ Corners rectangle_at(const Rect& r, double z) {
 bool inside_any(const std::vector<Rect>& openings, double x, double y) {
   return std::any_of(openings.begin(), openings.end(),
                      [&](const Rect& r) { return x > r.x0 && x < r.x1 && y > r.y0 && y < r.y1; });
+}
+
+Corners moved(const SE3& T_map_part, Corners corners) {
+  for (Eigen::Vector3d& corner : corners) {
+    corner = T_map_part * corner;
+  }
+  return corners;
 }
 
 std::vector<double> cuts(double low, double high, const std::vector<double>& at) {
@@ -109,11 +117,7 @@ void Scene::add_box(const std::string& name, const SE3& T_map_box, const Eigen::
                     PlaneLabel top, PlaneLabel sides) {
   const double x = size.x() / 2, y = size.y() / 2, z = size.z();
   const auto add = [&](const char* part, PlaneLabel label, const Corners& corners_box) {
-    Corners corners_map;
-    for (const Eigen::Vector3d& corner : corners_box) {
-      corners_map.push_back(T_map_box * corner);
-    }
-    add_polygon(name + "." + part, label, corners_map);
+    add_polygon(name + "." + part, label, moved(T_map_box, corners_box));
   };
   add("top", top, {{-x, -y, z}, {x, -y, z}, {x, y, z}, {-x, y, z}});
   add("bottom", PlaneLabel::kOther, {{-x, -y, 0}, {-x, y, 0}, {x, y, 0}, {x, -y, 0}});
@@ -145,16 +149,30 @@ void Scene::add_ramp(const std::string& name, const SE3& T_map_ramp, double leng
                      double rise) {
   const double w = width / 2, l = length;
   const auto add = [&](const char* part, PlaneLabel label, const Corners& corners_ramp) {
-    Corners corners_map;
-    for (const Eigen::Vector3d& corner : corners_ramp) {
-      corners_map.push_back(T_map_ramp * corner);
-    }
-    add_polygon(name + "." + part, label, corners_map);
+    add_polygon(name + "." + part, label, moved(T_map_ramp, corners_ramp));
   };
   add("slope", PlaneLabel::kRamp, {{0, -w, 0}, {l, -w, rise}, {l, w, rise}, {0, w, 0}});
   add("right", PlaneLabel::kOther, {{0, -w, 0}, {l, -w, 0}, {l, -w, rise}});
   add("left", PlaneLabel::kOther, {{0, w, 0}, {l, w, rise}, {l, w, 0}});
   add("back", PlaneLabel::kOther, {{l, -w, 0}, {l, w, 0}, {l, w, rise}, {l, -w, rise}});
+}
+
+void Scene::add_house(const std::string& name, const House& h) {
+  constexpr double kDegree = 3.14159265358979323846 / 180;
+  const SE3 T_map_house = SE3::planar(h.x, h.y, h.yaw_deg * kDegree);
+  const double l = h.length / 2, w = h.width / 2, e = h.eaves;
+  const double top = e + w * std::tan(h.pitch_deg * kDegree);
+  const auto add = [&](const char* part, PlaneLabel label, const Corners& corners_house) {
+    add_polygon(name + "." + part, label, moved(T_map_house, corners_house));
+  };
+  add("roof.right", PlaneLabel::kOther, {{-l, -w, e}, {l, -w, e}, {l, 0, top}, {-l, 0, top}});
+  add("roof.left", PlaneLabel::kOther, {{l, w, e}, {-l, w, e}, {-l, 0, top}, {l, 0, top}});
+  add("wall.right", PlaneLabel::kWall, {{-l, -w, 0}, {l, -w, 0}, {l, -w, e}, {-l, -w, e}});
+  add("wall.left", PlaneLabel::kWall, {{l, w, 0}, {-l, w, 0}, {-l, w, e}, {l, w, e}});
+  add("gable.front", PlaneLabel::kWall,
+      {{l, -w, 0}, {l, w, 0}, {l, w, e}, {l, 0, top}, {l, -w, e}});
+  add("gable.back", PlaneLabel::kWall,
+      {{-l, w, 0}, {-l, -w, 0}, {-l, -w, e}, {-l, 0, top}, {-l, w, e}});
 }
 
 const ScenePlane* Scene::find(const std::string& name) const {

@@ -54,6 +54,12 @@ struct Rect {
   double x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 };
 
+struct House {
+  double x = 0, y = 0, yaw_deg = 0;
+  double length = 16, width = 10;    ///< m, along the ridge and across
+  double eaves = 4, pitch_deg = 30;  ///< m above ground; of the roof
+};
+
 class Scene {
  public:
   /// A flat convex polygon, corners counter-clockwise seen from its visible side. Returns its
@@ -80,6 +86,9 @@ class Scene {
   /// with its two sides and its back.
   void add_ramp(const std::string& name, const SE3& T_map_ramp, double length, double width,
                 double rise);
+  /// A gabled building on the ground: two roof planes over a rectangle, ridge along x of its frame,
+  /// and four walls.
+  void add_house(const std::string& name, const House& house);
   void add_cylinder(const Cylinder& cylinder) { cylinders_.push_back(cylinder); }
   void add_mesh(Mesh mesh) { meshes_.push_back(std::move(mesh)); }
   void add_hole_edge(const HoleEdge& edge) { hole_edges_.push_back(edge); }

@@ -83,6 +83,11 @@ std::vector<std::pair<std::string, std::string>> scene_list();
 /// lamina::Error for an unknown name or key, with the nearest known one, and for bad values.
 World make_scene(const std::string& name, const Parameters& parameters = {});
 
+/// A built-in world by name, or one described in a YAML file (docs/simulator.md, "Scene files")
+/// when `scene` ends in .yaml or .yml. Throws lamina::Error naming file, line, key and the nearest
+/// known.
+World load_scene(const std::string& scene, const Parameters& parameters = {});
+
 /// Mounting of a camera on a body: optical frame, looking forward, then turned by yaw, pitch
 /// (positive: down) and roll about the body's axes.
 SE3 mount_camera(const Eigen::Vector3d& position_body, double yaw, double pitch, double roll);
