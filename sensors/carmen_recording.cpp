@@ -15,6 +15,7 @@ namespace lamina {
 namespace {
 constexpr double kSickRangeMax = 80.0;  // m; SICK LMS write 81.83, 81.91 for no return
 constexpr double kMountSlack = 0.02;    // m and rad a fixed mounting may seem to move (rounding)
+constexpr double kFurthestMount = 5;    // m from the robot's centre
 constexpr double kAccuracyLow = 0.002, kAccuracyHigh = 0.2;  // m, believable in ROBOTLASER lines
 
 class CarmenRecording final : public Recording {
@@ -95,25 +96,24 @@ void CarmenRecording::choose_odometry() {
   }
 }
 
-// T_body_lidar: from the poses of the lines where they agree with each other, else from PARAM.
+// T_body_lidar: from the poses of the lines where they agree with each other. Equal poses mean the
+// body is the laser, whatever PARAM says: corrected logs give both so (freiburg-079's map is
+// sharpest at 0, not at its PARAM of -0.04 m). Lines without poses, or with a moving difference,
+// take PARAM.
 SE3 CarmenRecording::mounting(const CarmenSource& source) {
   const bool rear = source.tag.device == 2;
-  const auto param =
-      index_.params.find(rear ? "robot_rearlaser_offset" : "robot_frontlaser_offset");
-  SE3 mount = rear ? SE3::planar(0, 0, M_PI) : SE3();
-  if (param != index_.params.end() && std::abs(param->second) < 5) {
-    mount = SE3::planar(param->second, 0, 0) * mount;
+  const SE3 facing = rear ? SE3::planar(0, 0, M_PI) : SE3();
+  if (!source.mounts.empty()) {
+    const SE3& first = source.mounts.front();
+    const bool fixed = std::all_of(source.mounts.begin(), source.mounts.end(), [&](const SE3& m) {
+      return (first.inverse() * m).log().cwiseAbs().maxCoeff() < kMountSlack;
+    });
+    if (fixed) return first.log().norm() > 1e-6 ? first : facing;
   }
-  if (source.mounts.empty()) return mount;
-  std::vector<Vector6d> logs;
-  for (const SE3& m : source.mounts) logs.push_back((source.mounts.front().inverse() * m).log());
-  const bool fixed = std::all_of(logs.begin(), logs.end(), [](const Vector6d& d) {
-    return d.cwiseAbs().maxCoeff() < kMountSlack;
-  });
-  const double offset = source.mounts.front().log().norm();
-  // Equal poses state no mounting: many logs repeat one pose. Moving ones are a correction.
-  if (fixed && offset > 1e-6) return source.mounts.front();
-  return mount;
+  const auto& params = index_.params;
+  const auto param = params.find(rear ? "robot_rearlaser_offset" : "robot_frontlaser_offset");
+  const bool stated = param != params.end() && std::abs(param->second) < kFurthestMount;
+  return stated ? SE3::planar(param->second, 0, 0) * facing : facing;
 }
 
 void CarmenRecording::set_up_lidars(const RecordingOptions& options) {

@@ -104,6 +104,18 @@ TEST(Carmen, LaserPosesServeWhereThereIsNoOdom) {
   EXPECT_NEAR(std::get<Odometry>(all[2]).T_odom_body.translation().x(), 1, 1e-12);
 }
 
+TEST(Carmen, ParamPlacesALaserWhoseLinesDoNot) {
+  const TemporaryFolder folder;
+  const std::string param = "PARAM robot_frontlaser_offset 0.3 1 h 1\n";
+  folder.write("raw.log", param + "RAWLASER1 0 -1 2 1 80 0.01 0 3 1 2 3 0 1.0 h 1.0\n");
+  folder.write("posed.log", param + "FLASER 3 1 2 3 4 5 6 4 5 6 1.0 h 1.0\n");
+  const auto raw = open_recording(folder.file("raw.log"));
+  EXPECT_NEAR(raw->calibration().lidar->T_body_lidar.translation().x(), 0.3, 1e-12);
+  // Equal laser and robot poses: the body is the laser.
+  const auto posed = open_recording(folder.file("posed.log"));
+  EXPECT_NEAR(posed->calibration().lidar->T_body_lidar.translation().norm(), 0, 1e-12);
+}
+
 TEST(Carmen, RearLaserLooksBack) {
   const TemporaryFolder folder;
   folder.write(
