@@ -27,7 +27,9 @@ struct Stage {
   Stage(const std::string& scene, const sim::Parameters& parameters, std::uint64_t seed)
       : world(sim::make_scene(scene, parameters)),
         caster(world.scene),
-        renderer(caster, world.rig.depth->camera, world.rig.depth->effects, seed) {}
+        renderer(caster, world.rig.depth->camera, world.rig.depth->effects, seed) {
+    group_coplanar();
+  }
 
   SE3 T_true() const { return world.rig.depth->camera.camera.T_body_camera; }
   // Believed mounting: roll, pitch (rad) and height (m) off.
@@ -41,6 +43,26 @@ struct Stage {
         SE3(SO3::exp({roll, pitch, 0}) * T.so3(), T.translation() + Eigen::Vector3d(0, 0, height));
     return f;
   }
+  // Planes of the scene that lie in one plane count as one: whole planes are wanted, and the fronts
+  // of two boxes in line are one plane.
+  void group_coplanar() {
+    const auto& planes = world.scene.planes();
+    for (std::size_t i = 0; i < planes.size(); ++i) {
+      group.push_back(static_cast<int>(i));
+      for (std::size_t j = 0; j < i; ++j) {
+        const Plane& a = planes[i].plane_map;
+        const Plane& b = planes[j].plane_map;
+        const bool same =
+            a.normal().dot(b.normal()) > 1 - 1e-9 && std::abs(a.rho() - b.rho()) < 1e-6;
+        const bool back =
+            a.normal().dot(b.normal()) < -1 + 1e-9 && std::abs(a.rho() + b.rho()) < 1e-6;
+        if (same || back) {
+          group.back() = group[j];
+          break;
+        }
+      }
+    }
+  }
   int plane_id(int u, int v) const {
     const int surface = truth.surface[truth.index(u, v)];
     return surface < 0 ? -1 : caster.plane_of(surface);
@@ -50,6 +72,7 @@ struct Stage {
   sim::Caster caster;
   sim::DepthRenderer renderer;
   sim::DepthTruth truth;
+  std::vector<int> group;  ///< plane -> first plane it is coplanar with
 };
 
 double quantile(std::vector<double> v, double q) {
@@ -109,24 +132,31 @@ Score score_planes(const Stage& stage, const DepthFrame& f, const FloorResult& r
                    bool verbose) {
   std::map<int, int> truth_px, found_px;
   std::map<std::pair<int, int>, int> both;
+  // Keys of truth: a plane, or 10000 + its group of coplanar planes.
   for (int v = 0; v < f.height(); ++v) {
     for (int u = 0; u < f.width(); ++u) {
       if (f.raw_at(u, v) == 0) continue;
       const int t = stage.plane_id(u, v), k = r.plane_at(u, v, f.width());
-      if (t >= 0) ++truth_px[t];
       if (k >= 0) ++found_px[k];
-      if (t >= 0 && k >= 0) ++both[{t, k}];
+      if (t < 0) continue;
+      const int g = 10000 + stage.group[static_cast<std::size_t>(t)];
+      ++truth_px[t];
+      ++truth_px[g];
+      if (k >= 0) ++both[{t, k}];
+      if (k >= 0) ++both[{g, k}];
     }
   }
   Score s;
   for (const auto& [t, n] : truth_px) {
-    if (n < least) continue;
+    if (n < least || t >= 10000) continue;
     ++s.truth;
+    const int g = 10000 + stage.group[static_cast<std::size_t>(t)];
     bool hit = false;
     int best = 0, best_k = -1;
     for (const auto& [key, m] : both) {
+      if (key.first != t && key.first != g) continue;
+      hit |= m >= 0.8 * (truth_px[key.first] + found_px[key.second] - m);
       if (key.first != t) continue;
-      hit |= m >= 0.8 * (n + found_px[key.second] - m);
       if (m > best) {
         best = m;
         best_k = key.second;
@@ -145,6 +175,11 @@ Score score_planes(const Stage& stage, const DepthFrame& f, const FloorResult& r
     bool hit = false;
     for (const auto& [key, m] : both) {
       hit |= key.second == k && m >= 0.8 * (n + truth_px[key.first] - m);
+    }
+    if (verbose && !hit) {
+      std::printf("    false  plane %d %d px slope %.1f height %.2f\n", k, n,
+                  r.planes[static_cast<std::size_t>(k)].slope / kDegree,
+                  r.planes[static_cast<std::size_t>(k)].height);
     }
     s.matched_found += hit;
   }

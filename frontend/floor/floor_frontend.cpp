@@ -1,7 +1,6 @@
 // The whole chain: planes, floor, surface, surfels, outlines.
 #include <lamina/frontend/floor/floor_frontend.hpp>
 
-#include <chrono>
 #include <cmath>
 
 #include <lamina/frontend/floor/cloud_planes.hpp>
@@ -9,16 +8,12 @@
 #include <lamina/frontend/floor/ground_cells.hpp>
 #include <lamina/frontend/floor/outlines.hpp>
 #include <lamina/frontend/floor/plane_extractor.hpp>
+#include <lamina/frontend/floor/stopwatch.hpp>
 #include <lamina/frontend/floor/surfels.hpp>
 #include <lamina/models/error.hpp>
 
 namespace lamina {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 FloorOptions checked(const FloorOptions& options) {
   const auto problems = options.problems();
@@ -130,7 +125,7 @@ FloorResult FloorFrontend::process(const DepthFrame& frame) {
   result.times = s.extractor.times();
   result.skipped_sections = s.extractor.skipped_sections();
 
-  auto start = Clock::now();
+  Stopwatch watch;
   s.collect_planes(result);
   std::swap(result.pixel_labels, s.extractor.pixel_labels());
   const BlockImage& blocks = s.extractor.blocks();
@@ -143,12 +138,11 @@ FloorResult FloorFrontend::process(const DepthFrame& frame) {
     result.reason = "hardly any measurement in the frame";
   }
   s.trace(result);
-  result.times.output_ms = ms_since(start);
+  result.times.output_ms = watch.lap();
 
-  start = Clock::now();
   s.mapper.map(s.extractor, result);
   make_surfels(s.extractor, s.options, result);
-  result.times.surface_ms = ms_since(start);
+  result.times.surface_ms = watch.lap();
   return result;
 }
 

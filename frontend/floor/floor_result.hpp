@@ -71,6 +71,7 @@ struct LowObstacle {
   std::vector<std::pair<int, int>> cells;  ///< of FloorResult::surface
 };
 
+/// CPU time of the calling thread.
 struct FloorStageTimes {
   double disparity_ms = 0, blocks_ms = 0, planes_ms = 0, refine_ms = 0, surface_ms = 0,
          output_ms = 0;

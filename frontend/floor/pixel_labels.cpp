@@ -37,6 +37,18 @@ Candidates candidates_around(const BlockImage& blocks, std::span<const std::int1
   return found;
 }
 
+void fill_block(std::uint8_t* out, int stride, int width, int height, std::uint8_t mark) {
+  std::uint8_t eight[8];
+  std::memset(eight, mark, 8);
+  for (int v = 0; v < height; ++v, out += stride) {
+    if (width == 8) {
+      std::memcpy(out, eight, 8);  // one store: blocks are eight wide unless set otherwise
+    } else {
+      std::memset(out, mark, static_cast<std::size_t>(width));
+    }
+  }
+}
+
 // Best plane for each pixel of one row piece; `v` from the principal point.
 void label_row(const float* d, int count, float u0, float v, const Candidates& planes,
                float tolerance, std::uint8_t* out) {
@@ -78,9 +90,7 @@ void label_pixels(const DisparityImage& image, const DisparityGeometry& g, const
                           static_cast<std::size_t>(v0) * static_cast<std::size_t>(image.width) +
                           static_cast<std::size_t>(u0);
       if (labels[i] >= 0 && block.n >= whole) {
-        for (int v = v0; v < v1; ++v, out += image.width) {
-          std::memset(out, labels[i] + 1, static_cast<std::size_t>(width));
-        }
+        fill_block(out, image.width, width, v1 - v0, static_cast<std::uint8_t>(labels[i] + 1));
         counts[static_cast<std::size_t>(labels[i] + 1)] += size * size;
         continue;
       }

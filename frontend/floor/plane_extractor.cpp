@@ -5,14 +5,10 @@
 #include <cmath>
 
 #include <lamina/frontend/floor/leveling.hpp>
+#include <lamina/frontend/floor/stopwatch.hpp>
 
 namespace lamina {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 constexpr double kDegree = M_PI / 180;
 
@@ -31,12 +27,11 @@ void PlaneExtractor::estimate_noise(const DepthNoise& model) {
 void PlaneExtractor::extract(const DepthFrame& frame, const MountingPrior& prior) {
   times_ = FloorStageTimes();
   skipped_.clear();
-  auto start = Clock::now();
+  Stopwatch watch;
   fill_disparity(frame, image_);
   geometry_ = DisparityGeometry::of(frame.camera);
-  times_.disparity_ms = ms_since(start);
+  times_.disparity_ms = watch.lap();
 
-  start = Clock::now();
   fill_blocks(image_, geometry_, options_.block_px, blocks_);
   estimate_noise(frame.camera.noise);
   const double sigma = std::sqrt(noise_.pixel);
@@ -45,9 +40,8 @@ void PlaneExtractor::extract(const DepthFrame& frame, const MountingPrior& prior
                   static_cast<float>(options_.outlier_alpha * sigma * std::sqrt(1.5)),
                   static_cast<float>(1.8 * sigma),
                   static_cast<float>(options_.min_block_fill * block_pixels), blocks_);
-  times_.blocks_ms = ms_since(start);
+  times_.blocks_ms = watch.lap();
 
-  start = Clock::now();
   regions_.start(blocks_, geometry_, noise_, options_.distance_sigmas);
   first_look(prior);
   assign_sections();
@@ -59,14 +53,13 @@ void PlaneExtractor::extract(const DepthFrame& frame, const MountingPrior& prior
   regions_.settle_borders(4);
   regions_.merge();
   regions_.keep_largest(0.5 * options_.min_plane_px);
-  times_.planes_ms = ms_since(start);
+  times_.planes_ms = watch.lap();
 
-  start = Clock::now();
   label_pixels(image_, geometry_, blocks_, static_cast<float>(3.5 * sigma), regions_,
                pixel_labels_);
   block_labels_ =
       block_majority(pixel_labels_, image_.width, image_.height, blocks_, regions_.labels());
-  times_.refine_ms = ms_since(start);
+  times_.refine_ms = watch.lap();
 }
 
 // Where nothing is known of the mounting, the largest plane that may be a floor levels the frame,
@@ -125,9 +118,13 @@ void PlaneExtractor::recurse(std::vector<int>& candidates, const NormalPrior& pr
 }
 
 void PlaneExtractor::extract_floor_sections(const NormalPrior& floor) {
-  const auto start = Clock::now();
+  const auto start = std::chrono::steady_clock::now();
+  const auto spent = [start] {
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+        .count();
+  };
   for (const int section : sections_.by_priority()) {
-    if (options_.time_budget_ms > 0 && ms_since(start) > options_.time_budget_ms) {
+    if (options_.time_budget_ms > 0 && spent() > options_.time_budget_ms) {
       skipped_.push_back(sections_.coordinates(section));
       continue;
     }

@@ -122,18 +122,50 @@ int PlaneRegions::grow(std::span<const int> seeds, const DisparityPlane& start_p
   return label;
 }
 
-std::optional<double> PlaneRegions::merge_cost(const PlaneRegion& a, const PlaneRegion& b) const {
-  DisparitySums both = a.sums;
-  both += b.sums;
-  const auto fit = both.fit();
-  if (!fit) return std::nullopt;
+std::optional<double> PlaneRegions::merge_cost(const PlaneRegion& a, const PlaneRegion& b,
+                                               bool neighbours) const {
   double worst = 0;
-  for (const PlaneRegion* r : {&a, &b}) {
-    // Three parameters of its own: their noise is 3 / n of a pixel's.
-    const double allowed = gate2_ * (3 * noise_.per_pixel / r->sums.n + noise_.shared);
-    worst = std::max(worst, r->sums.mean_square(r->plane - *fit) / allowed);
+  if (neighbours) {
+    DisparitySums both = a.sums;
+    both += b.sums;
+    const auto fit = both.fit();
+    if (!fit) return std::nullopt;
+    for (const PlaneRegion* r : {&a, &b}) {
+      // Three parameters of its own: their noise is 3 / n of a pixel's.
+      const double allowed = gate2_ * (3 * noise_.per_pixel / r->sums.n + noise_.shared);
+      worst = std::max(worst, r->sums.mean_square(r->plane - *fit) / allowed);
+    }
+  } else {
+    const DisparityPlane difference = a.plane - b.plane;
+    for (const auto& [here, there] : {std::pair{&a, &b}, std::pair{&b, &a}}) {
+      const Eigen::Vector3d x(there->sums.u / there->sums.n, there->sums.v / there->sums.n, 1);
+      const double carried = x.dot(here->sums.covariance(noise_.per_pixel) * x);
+      const double allowed = 4 * (carried + 2 * noise_.shared);
+      worst = std::max(worst, there->sums.mean_square(difference) / allowed);
+    }
   }
   return worst <= 1 ? std::optional<double>(worst) : std::nullopt;
+}
+
+// Which regions come within two blocks of each other: a matrix, row-major.
+std::vector<std::uint8_t> PlaneRegions::neighbourhood() const {
+  const std::size_t count = regions_.size();
+  std::vector<std::uint8_t> near(count * count, 0);
+  const auto meet = [&](int a, int b) {
+    if (a < 0 || b < 0 || a == b) return;
+    near[at(a) * count + at(b)] = near[at(b) * count + at(a)] = 1;
+  };
+  for (int r = 0; r < blocks_->rows; ++r) {
+    for (int c = 0; c < blocks_->columns; ++c) {
+      const int mine = labels_[at(blocks_->index(c, r))];
+      if (mine < 0) continue;
+      for (int step = 1; step <= 2; ++step) {
+        if (c + step < blocks_->columns) meet(mine, labels_[at(blocks_->index(c + step, r))]);
+        if (r + step < blocks_->rows) meet(mine, labels_[at(blocks_->index(c, r + step))]);
+      }
+    }
+  }
+  return near;
 }
 
 void PlaneRegions::relabel(std::int16_t from, std::int16_t to) {
@@ -144,13 +176,15 @@ void PlaneRegions::relabel(std::int16_t from, std::int16_t to) {
 
 void PlaneRegions::merge() {
   std::vector<bool> gone(regions_.size(), false);
+  std::vector<std::uint8_t> near = neighbourhood();
+  const std::size_t count = regions_.size();
   for (;;) {
     std::size_t first = 0, second = 0;
     double best = 2;
     for (std::size_t i = 0; i < regions_.size(); ++i) {
       for (std::size_t j = i + 1; j < regions_.size() && !gone[i]; ++j) {
         if (gone[j]) continue;
-        const auto cost = merge_cost(regions_[i], regions_[j]);
+        const auto cost = merge_cost(regions_[i], regions_[j], near[i * count + j] != 0);
         if (cost && *cost < best) {
           best = *cost;
           first = i;
@@ -165,6 +199,10 @@ void PlaneRegions::merge() {
     a.pixels += regions_[second].pixels;
     a.plane = a.sums.fit().value_or(a.plane);
     gone[second] = true;
+    for (std::size_t k = 0; k < count; ++k) {
+      near[first * count + k] |= near[second * count + k];
+      near[k * count + first] |= near[k * count + second];
+    }
     regions_[second] = PlaneRegion();
     relabel(static_cast<std::int16_t>(second), static_cast<std::int16_t>(first));
   }
@@ -229,6 +267,53 @@ void PlaneRegions::settle_borders(int passes) {
   }
 }
 
+// Hardly a block with all its neighbours, and no piece that holds two fifths of the whole.
+bool PlaneRegions::is_scattered(int label, std::vector<int>& component) const {
+  const int columns = blocks_->columns, rows = blocks_->rows;
+  int total = 0, core = 0, largest = 0;
+  const auto mine = [&](int c, int r) {
+    return c >= 0 && r >= 0 && c < columns && r < rows &&
+           labels_[at(blocks_->index(c, r))] == label;
+  };
+  component.assign(labels_.size(), 0);
+  std::vector<int> queue;
+  for (int r = 0; r < rows; ++r) {
+    for (int c = 0; c < columns; ++c) {
+      if (!mine(c, r)) continue;
+      ++total;
+      core += mine(c - 1, r) && mine(c + 1, r) && mine(c, r - 1) && mine(c, r + 1);
+      if (component[at(blocks_->index(c, r))]) continue;
+      queue.assign(1, blocks_->index(c, r));
+      component[at(queue[0])] = 1;
+      for (std::size_t head = 0; head < queue.size(); ++head) {
+        const int cc = queue[head] % columns, rr = queue[head] / columns;
+        for (const auto& [du, dv] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+          if (!mine(cc + du, rr + dv)) continue;
+          const int i = blocks_->index(cc + du, rr + dv);
+          if (component[at(i)]) continue;
+          component[at(i)] = 1;
+          queue.push_back(i);
+        }
+      }
+      largest = std::max(largest, static_cast<int>(queue.size()));
+    }
+  }
+  return 20 * core < total && 5 * largest < 2 * total;
+}
+
+// One sigma of the normal about either axis below three degrees.
+bool PlaneRegions::sure_normal(const PlaneRegion& region) const {
+  const auto plane = geometry_.plane(region.plane);
+  if (!plane) return false;
+  const Eigen::Matrix3d C = region.sums.covariance(noise_.per_pixel);
+  // d(normal) = |rho| d(N), N = (a fx, b fy, c) / fb.
+  const double scale = std::abs(plane->rho()) / geometry_.focal_baseline;
+  const double worst =
+      scale * scale *
+      (C(0, 0) * geometry_.fx * geometry_.fx + C(1, 1) * geometry_.fy * geometry_.fy);
+  return worst < 0.052 * 0.052;
+}
+
 void PlaneRegions::keep_largest(double min_pixels) {
   std::vector<std::size_t> order(regions_.size());
   std::iota(order.begin(), order.end(), 0);
@@ -237,8 +322,10 @@ void PlaneRegions::keep_largest(double min_pixels) {
   });
   std::vector<std::int16_t> renamed(regions_.size(), -1);
   std::vector<PlaneRegion> kept;
+  std::vector<int> component;
   for (const std::size_t i : order) {
-    if (regions_[i].sums.n < std::max(1.0, min_pixels)) continue;
+    if (regions_[i].sums.n < std::max(1.0, min_pixels) || !sure_normal(regions_[i])) continue;
+    if (regions_[i].blocks < 400 && is_scattered(static_cast<int>(i), component)) continue;
     renamed[i] = static_cast<std::int16_t>(kept.size());
     kept.push_back(regions_[i]);
   }

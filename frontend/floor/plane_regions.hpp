@@ -32,12 +32,16 @@ class PlaneRegions {
   /// Floods from the seeds over all free blocks, refitting as it grows. Returns the new region's
   /// index; -1 (and the seeds stay free) when it stays below `min_pixels`.
   int grow(std::span<const int> seeds, const DisparityPlane& plane, double min_pixels);
-  /// Joins regions whose planes differ by no more than noise where either has its pixels, apart or
-  /// not: a wall behind a pillar is one wall. Best pairs first.
+  /// Joins regions whose planes differ by no more than noise where either has its pixels. Regions
+  /// apart from each other (a wall behind a pillar) are held to two sigmas of their difference,
+  /// carried over the gap: two platforms of 2 and 3 cm side by side are not one tilted plane.
+  /// Best pairs first.
   void merge();
   /// Blocks between regions go to the plane that fits best; free ones that fit join. Then refits.
   void settle_borders(int passes);
-  /// Drops regions below `min_pixels` and sorts the rest, largest first (ties: by index).
+  /// Drops regions below `min_pixels`, those whose normal is unsure by more than three degrees and
+  /// those scattered in thin strips (a row of posts), and sorts the rest, largest first (ties: by
+  /// index).
   void keep_largest(double min_pixels);
 
  private:
@@ -49,7 +53,11 @@ class PlaneRegions {
   Test test_of(const DisparityPlane& plane, const DisparitySums& sums) const;
   void flood(int label, DisparitySums& sums, DisparityPlane& plane);
   bool refit_members(int label, DisparitySums& sums, DisparityPlane& plane);
-  std::optional<double> merge_cost(const PlaneRegion& a, const PlaneRegion& b) const;
+  std::optional<double> merge_cost(const PlaneRegion& a, const PlaneRegion& b,
+                                   bool neighbours) const;
+  std::vector<std::uint8_t> neighbourhood() const;
+  bool is_scattered(int label, std::vector<int>& component) const;
+  bool sure_normal(const PlaneRegion& region) const;
   void relabel(std::int16_t from, std::int16_t to);
   void recount();
   bool settle_block(int column, int row, std::span<const Test> tests);

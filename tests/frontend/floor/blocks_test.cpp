@@ -1,0 +1,136 @@
+// Blocks and sums in disparity: exact on planes, blind to stray pixels.
+#include <gtest/gtest.h>
+
+#include <lamina/frontend/floor/blocks.hpp>
+
+#include "depth_scene.hpp"
+
+namespace lamina {
+namespace {
+
+using testing::draw;
+using testing::floor_piece;
+using testing::test_camera;
+
+struct Blocks {
+  explicit Blocks(const DepthFrame& frame) : geometry(DisparityGeometry::of(frame.camera)) {
+    fill_disparity(frame, image);
+    fill_blocks(image, geometry, 8, blocks);
+  }
+  DisparityGeometry geometry;
+  DisparityImage image;
+  BlockImage blocks;
+};
+
+TEST(DisparityGeometry, PlaneAndDisparityPlaneAreInverse) {
+  const DisparityGeometry g = DisparityGeometry::of(test_camera());
+  const Plane plane(Eigen::Vector3d(0.1, -0.9, -0.3).normalized(), -0.8);
+  const auto back = g.plane(g.disparity_plane(plane));
+  ASSERT_TRUE(back);
+  EXPECT_LT(angle_between(plane, *back), 1e-9);
+  EXPECT_NEAR(back->rho(), -0.8, 1e-12);
+  EXPECT_FALSE(g.plane({0, 0, 0}));
+}
+
+TEST(DisparitySums, MomentsAreThoseOfTheWeightedPoints) {
+  const DepthCamera camera = test_camera();
+  const DisparityGeometry g = DisparityGeometry::of(camera);
+  const Plane plane(Eigen::Vector3d(0.05, -0.95, -0.3).normalized(), -0.8);
+  const DisparityPlane p = g.disparity_plane(plane);
+  const double sigma = 0.1;
+  DisparitySums sums;
+  Moments expected;
+  for (int i = 0; i < 400; ++i) {
+    const double u = -200 + 23.0 * (i % 20), v = 20 + 9.0 * (i / 20);
+    const double d = p.dot(Eigen::Vector3d(u, v, 1)) + 0.05 * std::sin(i);
+    sums.add(u, v, d);
+    // Error of the distance to the plane per px of disparity at this pixel.
+    const double per_px = std::abs(plane.rho()) / d;
+    expected.add(g.point(u, v, d), 1 / std::pow(per_px * sigma, 2));
+  }
+  const auto moments = sums.moments(g, plane, sigma * sigma);
+  ASSERT_TRUE(moments);
+  EXPECT_NEAR(moments->weight() / expected.weight(), 1, 1e-9);
+  EXPECT_LT((moments->mean() - expected.mean()).norm(), 1e-9);
+  EXPECT_LT((moments->scatter() - expected.scatter()).norm() / expected.scatter().norm(), 1e-9);
+  // The cost is the chi-squared of the disparities, for any plane near.
+  EXPECT_NEAR(moments->cost(plane) / (sums.sse(p) / (sigma * sigma)), 1, 1e-6);
+}
+
+TEST(Blocks, EveryBlockOfAFloorLiesOnIt) {
+  const DepthFrame frame = draw({floor_piece()}, test_camera());
+  const Blocks b(frame);
+  const Plane floor_camera = frame.camera.camera.T_body_camera.inverse() * Plane();
+  const Eigen::Vector3f p = b.geometry.disparity_plane(floor_camera).cast<float>();
+  int full = 0;
+  for (const Block& block : b.blocks.blocks) {
+    if (block.n < 64) continue;
+    ++full;
+    EXPECT_LT(std::abs(block.residual(p)), 0.02F);
+    EXPECT_LT(block.mean_square(p, block.residual(p)), 1e-3F);
+  }
+  EXPECT_GT(full, 3000);
+}
+
+TEST(Blocks, SumsOfBlocksAreSumsOfPixels) {
+  DepthFrame frame = draw({floor_piece()}, test_camera(), 0.1);
+  for (std::size_t i = 0; i < frame.raw.size(); i += 7) frame.raw[i] = 0;  // holes: the slow path
+  for (std::size_t i = 640 * 400; i < frame.raw.size(); ++i) {
+    if (frame.raw[i] == 0) frame.raw[i] = frame.raw[i - 1];
+  }
+  const Blocks b(frame);
+  DisparitySums blocks, pixels;
+  for (const Block& block : b.blocks.blocks) {
+    if (block.n > 0) blocks += block.sums();
+  }
+  for (int v = 0; v < 480; ++v) {
+    for (int u = 0; u < 640; ++u) {
+      const double d = static_cast<double>(b.image.row(v)[u]);
+      if (d > 0) pixels.add(u - 319.5, v - 239.5, d);
+    }
+  }
+  EXPECT_EQ(blocks.n, pixels.n);
+  EXPECT_NEAR(blocks.ud / pixels.ud, 1, 1e-4);
+  EXPECT_NEAR(blocks.vd / pixels.vd, 1, 1e-4);
+  EXPECT_NEAR(blocks.dd / pixels.dd, 1, 1e-4);
+  EXPECT_LT((*blocks.fit() - *pixels.fit()).norm(), 1e-3);
+}
+
+TEST(Outliers, AStrayPixelIsTakenOutAndItsBlockHeals) {
+  DepthFrame frame = draw({floor_piece()}, test_camera());
+  frame.raw[static_cast<std::size_t>(400 * 640 + 300)] = 9000;
+  Blocks b(frame);
+  remove_outliers(b.image, b.geometry, 0.2F, 0.1F, 32, b.blocks);
+  EXPECT_TRUE(is_outlier(b.image, 300, 400, 0.2F));
+  EXPECT_FALSE(is_outlier(b.image, 310, 400, 0.2F));
+  const Block& block = b.blocks.at(300 / 8, 400 / 8);
+  EXPECT_TRUE(block.flat);
+  EXPECT_EQ(block.n, 63);
+}
+
+TEST(Outliers, DepthEdgesAreNotOutliers) {
+  const DepthFrame frame =
+      draw({floor_piece(), testing::square_piece(2, 0, 0.3, 0.3)}, test_camera());
+  const Blocks b(frame);
+  int outliers = 0, seen = 0;
+  for (int v = 1; v < 479; ++v) {
+    for (int u = 1; u < 639; ++u) {
+      if (!(b.image.row(v)[u] > 0)) continue;
+      ++seen;
+      outliers += is_outlier(b.image, u, v, 0.2F);
+    }
+  }
+  EXPECT_LT(outliers, seen / 500);
+}
+
+TEST(Noise, ScaleFollowsANoisierSensor) {
+  const DepthCamera camera = test_camera();
+  const double sigma = camera.noise.disparity_sigma;
+  const Blocks quiet(draw({floor_piece()}, camera, sigma)),
+      loud(draw({floor_piece()}, camera, 3 * sigma));
+  EXPECT_NEAR(noise_scale(quiet.blocks, sigma), 1, 0.1);
+  EXPECT_NEAR(noise_scale(loud.blocks, sigma), 3, 0.4);
+}
+
+}  // namespace
+}  // namespace lamina
