@@ -203,6 +203,34 @@ double noise_scale(const BlockImage& blocks, double disparity_sigma) {
   return std::clamp(std::sqrt(static_cast<double>(*at)) / disparity_sigma, 1.0, 4.0);
 }
 
+double shared_variance(const BlockImage& blocks, double variance_of_mean, double model) {
+  constexpr int kStep = 6;
+  constexpr double kLargest = 0.15 * 0.15;
+  std::vector<float> differences;
+  differences.reserve(2 * blocks.blocks.size());
+  const auto take = [&](const Block& a, const Block& b, const Block& c) {
+    if (a.flat && b.flat && c.flat) differences.push_back(std::abs(a.d - 2 * b.d + c.d));
+  };
+  for (int r = 0; r < blocks.rows; ++r) {
+    for (int c = 0; c < blocks.columns; ++c) {
+      if (!blocks.at(c, r).flat) continue;
+      if (c + 2 * kStep < blocks.columns) {
+        take(blocks.at(c, r), blocks.at(c + kStep, r), blocks.at(c + 2 * kStep, r));
+      }
+      if (r + 2 * kStep < blocks.rows) {
+        take(blocks.at(c, r), blocks.at(c, r + kStep), blocks.at(c, r + 2 * kStep));
+      }
+    }
+  }
+  if (differences.size() < 100) return model;
+  // The 30 % quantile of |x| of a normal variable is 0.385 sigma; edges sit in the upper part.
+  const auto at = differences.begin() +
+                  static_cast<std::ptrdiff_t>(0.3 * static_cast<double>(differences.size()));
+  std::nth_element(differences.begin(), at, differences.end());
+  const double sigma = static_cast<double>(*at) / 0.385;
+  return std::clamp(sigma * sigma / 6 - variance_of_mean, model, std::max(model, kLargest));
+}
+
 bool is_outlier(const DisparityImage& image, int u, int v, float tolerance) {
   const float* row = image.row(v);
   const float d = row[u];
@@ -229,8 +257,8 @@ void remove_outliers(const DisparityImage& image, const DisparityGeometry& g, fl
     for (int c = 0; c < blocks.columns; ++c, ++i) {
       Block& block = blocks.blocks[i];
       block.flat = is_flat(block);
-      // Twice the limit is two surfaces, not a stray pixel: only blocks that may heal are redone.
-      if (block.flat || block.n < min_pixels) continue;
+      // A stray pixel j px off leaves j^2 / 64; far more than that is two surfaces and cannot heal.
+      if (block.flat || block.n < min_pixels || block.sse > 400 * limit * block.n) continue;
       Block cleaned;
       partial_block(image, g, window_of(image, blocks.size, c, r), keep, cleaned);
       cleaned.flat = is_flat(cleaned);

@@ -59,6 +59,12 @@ void fill_blocks(const DisparityImage& image, const DisparityGeometry& g, int si
 /// below 1 (neighbours are alike, so blocks understate noise) nor above 4.
 double noise_scale(const BlockImage& blocks, double disparity_sigma);
 
+/// Variance (px^2) of what whole patches share, as the frame shows it: second differences of block
+/// means six blocks apart vanish on planes, whatever their slope; what the quieter ones leave
+/// beyond `variance_of_mean` is the sensor's slow distortion. Never below `model`, at most (0.15
+/// px)^2.
+double shared_variance(const BlockImage& blocks, double variance_of_mean, double model);
+
 /// The local outlier test. A pixel is an outlier when its distance (in disparity) to what its
 /// neighbours say, along the row and along the column, is beyond `tolerance` both ways: the
 /// document's mean distance to neighbours against the noise bounds, on an organised image, where

@@ -42,6 +42,19 @@ PatchMean mean_of(const float* upper, const float* lower, float limit) {
   return {shift + mean, q / kPatchPixels - mean * mean <= limit};
 }
 
+// Height a patch proves: that of its plane where it has a level one, else its own less a sigma,
+// because the highest of several noisy patches is too high.
+float top_of(float height, std::size_t mark, float rx, float ry, float z, const Rigid& T,
+             const std::vector<Eigen::Vector3f>& inverse_depth, float per_px) {
+  const Eigen::Vector3f ray(rx, ry, 1);
+  const float fall = T.R.row(2).dot(ray);
+  if (mark > 0) {
+    const float inverse = inverse_depth[mark].dot(ray);
+    if (inverse > 1e-3F) return fall / inverse + T.t.z();
+  }
+  return height - per_px * z * z * std::abs(fall);
+}
+
 }  // namespace
 
 // Large level planes and ramps are floors of their own; all else is compared with the dominant.
@@ -77,6 +90,17 @@ void GroundMapper::add_patches(const PlaneExtractor& extractor, const FloorResul
     const Plane& p = result.planes[static_cast<std::size_t>(reference_[k])].plane_body;
     reference[k + 1] = p.homogeneous().cast<float>();
   }
+  // Planes that lie flat enough to be tops: their own height is surer than a patch's.
+  std::vector<Eigen::Vector3f> disparity_plane(result.planes.size() + 1, Eigen::Vector3f::Zero());
+  for (std::size_t k = 0; k < result.planes.size(); ++k) {
+    const ExtractedPlane& p = result.planes[k];
+    if (p.slope > 0.7) continue;
+    const Eigen::Vector3d d = p.disparity / g.focal_baseline;  // 1/Z, of rays (rx, ry, 1)
+    disparity_plane[k + 1] = Eigen::Vector3d(d.x() * g.fx, d.y() * g.fy, d.z()).cast<float>();
+  }
+  // m of height a patch's mean is unsure by, per m^2 of depth times ray's fall.
+  const float per_px =
+      static_cast<float>(std::sqrt(extractor.noise().of_mean(kPatchPixels)) / g.focal_baseline);
   for (int v = 0; v + kPatchV <= image.height; v += kPatchV) {
     const float* upper = image.row(v);
     const float* lower = image.row(v + 1);
@@ -99,7 +123,7 @@ void GroundMapper::add_patches(const PlaneExtractor& extractor, const FloorResul
       const std::size_t mark = marks[u + kPatchU / 2];
       if (!mean.good) continue;
       const float residual = reference[mark].head<3>().dot(p) + reference[mark].w();
-      cell.top = std::max(cell.top, p.z());
+      cell.top = std::max(cell.top, top_of(p.z(), mark, rx, ry, z, T, disparity_plane, per_px));
       if (std::abs(residual) > kBand) {
         cell.above += kPatchPixels;
         continue;
@@ -165,7 +189,7 @@ void GroundMapper::fill_evidence(const PlaneExtractor& extractor, const FloorRes
     cell.height = s.residual / s.pixels;
     cell.information = static_cast<float>(static_cast<double>(s.pixels) /
                                           (extractor.noise().per_pixel * per_px * per_px));
-    cell.shared_variance = static_cast<float>(extractor.noise().shared * per_px * per_px);
+    cell.shared_variance = static_cast<float>(extractor.noise().local * per_px * per_px);
   }
 }
 

@@ -49,25 +49,37 @@ void fill_block(std::uint8_t* out, int stride, int width, int height, std::uint8
   }
 }
 
-// Best plane for each pixel of one row piece; `v` from the principal point.
-void label_row(const float* d, int count, float u0, float v, const Candidates& planes,
-               float tolerance, std::uint8_t* out) {
-  std::array<float, 64> best;
-  std::array<std::uint8_t, 64> label{};
-  best.fill(tolerance);
+constexpr int kRow = 8;
+
+// Best plane for each of up to eight pixels side by side; `v` from the principal point. Lanes are
+// of one width and their number is fixed, so that compilers make vectors of them.
+void label_eight(const float* d, int count, float u0, float v, const Candidates& planes,
+                 float tolerance, std::uint8_t* out) {
+  float value[kRow] = {}, best[kRow];
+  std::int32_t label[kRow] = {};
+  for (int i = 0; i < count; ++i) value[i] = d[i];
+  for (int i = 0; i < kRow; ++i) best[i] = tolerance;
   for (int k = 0; k < planes.count; ++k) {
     const std::size_t kk = static_cast<std::size_t>(k);
     const float a = planes.a[kk], base = planes.b[kk] * v + planes.c[kk] + a * u0;
-    const std::uint8_t mark = static_cast<std::uint8_t>(planes.label[kk] + 1);
-    for (int i = 0; i < count; ++i) {
-      const std::size_t ii = static_cast<std::size_t>(i);
-      const float r = std::abs(d[i] - (base + a * static_cast<float>(i)));
-      const bool better = r < best[ii];
-      best[ii] = better ? r : best[ii];
-      label[ii] = better ? mark : label[ii];
+    const std::int32_t mark = planes.label[kk] + 1;
+    for (int i = 0; i < kRow; ++i) {
+      const float r = std::abs(value[i] - (base + a * static_cast<float>(i)));
+      label[i] = r < best[i] ? mark : label[i];
+      best[i] = r < best[i] ? r : best[i];
     }
   }
-  for (int i = 0; i < count; ++i) out[i] = d[i] > 0 ? label[static_cast<std::size_t>(i)] : 0;
+  for (int i = 0; i < count; ++i) {
+    out[i] = value[i] > 0 ? static_cast<std::uint8_t>(label[i]) : std::uint8_t{0};
+  }
+}
+
+void label_row(const float* d, int count, float u0, float v, const Candidates& planes,
+               float tolerance, std::uint8_t* out) {
+  for (int i = 0; i < count; i += kRow) {
+    label_eight(d + i, std::min(kRow, count - i), u0 + static_cast<float>(i), v, planes, tolerance,
+                out + i);
+  }
 }
 
 }  // namespace

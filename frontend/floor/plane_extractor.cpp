@@ -21,7 +21,7 @@ void PlaneExtractor::estimate_noise(const DepthNoise& model) {
   const double sigma = std::max(nominal, 1e-4) * noise_scale(blocks_, std::max(nominal, 1e-4));
   noise_.pixel = sigma * sigma;
   noise_.per_pixel = noise_.pixel * std::max(1.0, model.pixels_per_sample());
-  noise_.shared = model.disparity_floor * model.disparity_floor;
+  noise_.shared = noise_.local = model.disparity_floor * model.disparity_floor;
 }
 
 void PlaneExtractor::extract(const DepthFrame& frame, const MountingPrior& prior) {
@@ -40,6 +40,7 @@ void PlaneExtractor::extract(const DepthFrame& frame, const MountingPrior& prior
                   static_cast<float>(options_.outlier_alpha * sigma * std::sqrt(1.5)),
                   static_cast<float>(1.8 * sigma),
                   static_cast<float>(options_.min_block_fill * block_pixels), blocks_);
+  noise_.shared = shared_variance(blocks_, noise_.per_pixel / block_pixels, noise_.shared);
   times_.blocks_ms = watch.lap();
 
   regions_.start(blocks_, geometry_, noise_, options_.distance_sigmas);

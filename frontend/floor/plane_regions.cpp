@@ -5,9 +5,22 @@
 #include <cmath>
 #include <numeric>
 
+#include <lamina/models/polygon.hpp>
+
 namespace lamina {
 namespace {
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+// Squared distance of a place from the middle of some pixels, in their spread that way.
+double distance_in_sizes2(const DisparitySums& s, const Eigen::Vector3d& place) {
+  const double mu = s.u / s.n, mv = s.v / s.n;
+  const double du = place.x() - mu, dv = place.y() - mv, length2 = du * du + dv * dv;
+  if (length2 < 1e-9) return 0;
+  const double spread2 = (du * du * (s.uu / s.n - mu * mu) + 2 * du * dv * (s.uv / s.n - mu * mv) +
+                          dv * dv * (s.vv / s.n - mv * mv)) /
+                         length2;
+  return length2 / std::max(1.0, spread2);
+}
 }  // namespace
 
 void PlaneRegions::start(const BlockImage& blocks, const DisparityGeometry& g,
@@ -140,7 +153,10 @@ std::optional<double> PlaneRegions::merge_cost(const PlaneRegion& a, const Plane
     for (const auto& [here, there] : {std::pair{&a, &b}, std::pair{&b, &a}}) {
       const Eigen::Vector3d x(there->sums.u / there->sums.n, there->sums.v / there->sums.n, 1);
       const double carried = x.dot(here->sums.covariance(noise_.per_pixel) * x);
-      const double allowed = 4 * (carried + 2 * noise_.shared);
+      // Slow distortion tilts a plane; carried beyond its own size that tilt counts, up to two
+      // sizes: beyond, nothing would be told apart any more.
+      const double sizes2 = std::min(4.0, distance_in_sizes2(here->sums, x));
+      const double allowed = 4 * (carried + (2 + sizes2) * noise_.shared);
       worst = std::max(worst, there->sums.mean_square(difference) / allowed);
     }
   }
@@ -267,41 +283,33 @@ void PlaneRegions::settle_borders(int passes) {
   }
 }
 
-// Hardly a block with all its neighbours, and no piece that holds two fifths of the whole.
-bool PlaneRegions::is_scattered(int label, std::vector<int>& component) const {
+// Few blocks with all their neighbours, and much air between the others: a row of posts, a shelf.
+bool PlaneRegions::is_scattered(int label) const {
   const int columns = blocks_->columns, rows = blocks_->rows;
-  int total = 0, core = 0, largest = 0;
   const auto mine = [&](int c, int r) {
     return c >= 0 && r >= 0 && c < columns && r < rows &&
            labels_[at(blocks_->index(c, r))] == label;
   };
-  component.assign(labels_.size(), 0);
-  std::vector<int> queue;
+  int total = 0, core = 0;
+  std::vector<Eigen::Vector2d> corners;
   for (int r = 0; r < rows; ++r) {
     for (int c = 0; c < columns; ++c) {
       if (!mine(c, r)) continue;
       ++total;
-      core += mine(c - 1, r) && mine(c + 1, r) && mine(c, r - 1) && mine(c, r + 1);
-      if (component[at(blocks_->index(c, r))]) continue;
-      queue.assign(1, blocks_->index(c, r));
-      component[at(queue[0])] = 1;
-      for (std::size_t head = 0; head < queue.size(); ++head) {
-        const int cc = queue[head] % columns, rr = queue[head] / columns;
-        for (const auto& [du, dv] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
-          if (!mine(cc + du, rr + dv)) continue;
-          const int i = blocks_->index(cc + du, rr + dv);
-          if (component[at(i)]) continue;
-          component[at(i)] = 1;
-          queue.push_back(i);
-        }
+      const bool left = mine(c - 1, r), right = mine(c + 1, r);
+      core += left && right && mine(c, r - 1) && mine(c, r + 1);
+      if (left && right) continue;  // only the ends of a row can be corners of the hull
+      for (const int du : {0, 1}) {
+        for (const int dv : {0, 1}) corners.emplace_back(c + du, r + dv);
       }
-      largest = std::max(largest, static_cast<int>(queue.size()));
     }
   }
-  return 20 * core < total && 5 * largest < 2 * total;
+  if (6 * core >= total) return false;
+  const auto hull = Polygon::convex_hull(corners);
+  return hull && total < 0.4 * hull->area();
 }
 
-// One sigma of the normal about either axis below three degrees.
+// One sigma of the normal below two degrees.
 bool PlaneRegions::sure_normal(const PlaneRegion& region) const {
   const auto plane = geometry_.plane(region.plane);
   if (!plane) return false;
@@ -311,7 +319,7 @@ bool PlaneRegions::sure_normal(const PlaneRegion& region) const {
   const double worst =
       scale * scale *
       (C(0, 0) * geometry_.fx * geometry_.fx + C(1, 1) * geometry_.fy * geometry_.fy);
-  return worst < 0.052 * 0.052;
+  return worst < 0.035 * 0.035;
 }
 
 void PlaneRegions::keep_largest(double min_pixels) {
@@ -322,10 +330,9 @@ void PlaneRegions::keep_largest(double min_pixels) {
   });
   std::vector<std::int16_t> renamed(regions_.size(), -1);
   std::vector<PlaneRegion> kept;
-  std::vector<int> component;
   for (const std::size_t i : order) {
     if (regions_[i].sums.n < std::max(1.0, min_pixels) || !sure_normal(regions_[i])) continue;
-    if (regions_[i].blocks < 400 && is_scattered(static_cast<int>(i), component)) continue;
+    if (regions_[i].blocks < 400 && is_scattered(static_cast<int>(i))) continue;
     renamed[i] = static_cast<std::int16_t>(kept.size());
     kept.push_back(regions_[i]);
   }

@@ -39,7 +39,7 @@ class PlaneRegions {
   void merge();
   /// Blocks between regions go to the plane that fits best; free ones that fit join. Then refits.
   void settle_borders(int passes);
-  /// Drops regions below `min_pixels`, those whose normal is unsure by more than three degrees and
+  /// Drops regions below `min_pixels`, those whose normal is unsure by more than two degrees and
   /// those scattered in thin strips (a row of posts), and sorts the rest, largest first (ties: by
   /// index).
   void keep_largest(double min_pixels);
@@ -56,7 +56,7 @@ class PlaneRegions {
   std::optional<double> merge_cost(const PlaneRegion& a, const PlaneRegion& b,
                                    bool neighbours) const;
   std::vector<std::uint8_t> neighbourhood() const;
-  bool is_scattered(int label, std::vector<int>& component) const;
+  bool is_scattered(int label) const;
   bool sure_normal(const PlaneRegion& region) const;
   void relabel(std::int16_t from, std::int16_t to);
   void recount();

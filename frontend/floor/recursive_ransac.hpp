@@ -14,7 +14,8 @@ namespace lamina {
 struct BlockNoise {
   double pixel = 0;      ///< of one pixel, quantisation included
   double per_pixel = 0;  ///< variance of a mean of n pixels is per_pixel / n: correlation included
-  double shared = 0;     ///< of what a whole patch shares
+  double shared = 0;     ///< of what a whole plane shares: model, or more where the frame shows it
+  double local = 0;      ///< of what a patch of some cells shares beside the floor around it: model
 
   double of_mean(double n) const { return per_pixel / n + shared; }
 };
