@@ -38,15 +38,26 @@ void frame_path(const World& world, double resolution, TruthGrid& grid) {
   grid.height = std::max(0, static_cast<int>(std::ceil((top - grid.y0) / resolution - 1e-9)));
 }
 
+/// A side met from behind in any of four directions: the point is inside a solid, or outdoors. One
+/// direction is not enough where a body stands flush against a wall.
+bool inside_solid(const Caster& caster, const Eigen::Vector3d& point) {
+  for (const Eigen::Vector3d& direction : {Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(-1, 0, 0),
+                                           Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0, -1, 0)}) {
+    const auto hit = caster.cast(point, direction);
+    const int plane = hit ? caster.plane_of(hit->surface) : -1;
+    if (plane >= 0 &&
+        caster.scene().planes()[static_cast<std::size_t>(plane)].plane_map.normal().dot(direction) >
+            1e-9) {
+      return true;
+    }
+  }
+  return false;
+}
+
 Cell look(const Caster& caster, double x, double y, double r, double robot_height) {
   Cell cell;
   const auto down = caster.cast({x, y, robot_height}, {0, 0, -1});
-  // A side met from behind: the cell is inside something taller than the robot, or outdoors.
-  const auto across = caster.cast({x, y, robot_height}, {1, 0, 0});
-  const int side = across ? caster.plane_of(across->surface) : -1;
-  const bool inside =
-      side >= 0 &&
-      caster.scene().planes()[static_cast<std::size_t>(side)].plane_map.normal().x() > 1e-9;
+  const bool inside = inside_solid(caster, {x, y, robot_height});
   if (down) {
     cell.ground = true;
     cell.blocked = inside;

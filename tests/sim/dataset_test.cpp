@@ -196,6 +196,10 @@ TEST(TruthGrid, HolesAndWallsAreNotNavigable) {
   const TruthGrid corridor = grid_truth(loop, loop_caster, {});
   const std::size_t core = corridor.index(static_cast<int>((11 - corridor.x0) / 0.05),
                                           static_cast<int>((7 - corridor.y0) / 0.05));
+  const std::size_t pillar = corridor.index(static_cast<int>((21.9 - corridor.x0) / 0.05),
+                                            static_cast<int>((4.0 - corridor.y0) / 0.05));
+  EXPECT_EQ(corridor.navigability[pillar], 0)
+      << "flush against the wall, and taller than the robot";
   EXPECT_EQ(corridor.navigability[core], 0);
   EXPECT_EQ(corridor.reachable[core], 0);
 }

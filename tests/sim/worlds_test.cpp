@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <set>
+#include <cmath>
 
 #include <lamina/models/error.hpp>
 #include <lamina/sim/sim_recording.hpp>
@@ -105,6 +105,72 @@ TEST(Worlds, CorridorLoopOdometryEndsMoreThanAMetreOff) {
     const SE3 truth = simulation.pose_at(last);
     EXPECT_GT((truth.translation() - last_odometry.translation()).norm(), 1.0) << seed;
   }
+}
+
+TEST(Worlds, StepsPlatesAndHoleHaveTheirStatedSizes) {
+  const auto height = [](const World& world, const std::string& name) {
+    const ScenePlane* plane = world.scene.find(name);
+    return plane == nullptr ? -1 : plane->plane_map.rho();
+  };
+  const World steps = make_scene("steps");
+  EXPECT_NEAR(height(steps, "platform.2cm.top"), 0.02, 1e-12);
+  EXPECT_NEAR(height(steps, "platform.3cm.top"), 0.03, 1e-12);
+  EXPECT_NEAR(height(steps, "platform.5cm.top"), 0.05, 1e-12);
+  EXPECT_NEAR(height(steps, "platform.10cm.top"), 0.10, 1e-12);
+  EXPECT_NEAR(steps.scene.find("ramp.slope")->plane_map.theta() * 180 / M_PI, 5, 1e-9);
+  const World plates = make_scene("plates");
+  EXPECT_NEAR(height(plates, "plate.1cm.4.top"), 0.01, 1e-12);
+  EXPECT_NEAR(plates.scene.find("plate.2cm.0.top")->area, 0.04, 1e-12);
+  const World hole = make_scene("hole");
+  const ScenePlane* floor = hole.scene.find("floor");
+  ASSERT_EQ(floor->holes_map.size(), 1u);
+  EXPECT_EQ(hole.scene.hole_edges().size(), 4u);
+  EXPECT_NE(hole.scene.find("wall"), nullptr);
+  EXPECT_EQ(make_scene("hole_no_wall").scene.find("wall"), nullptr);
+}
+
+TEST(Worlds, BothSidesOfTheRoofAreSeen) {
+  for (const char* off : {"0", "2"}) {
+    Simulation simulation(make_scene("roof_ridge", {{"ridge.off_deg", off}}), 1);
+    while (simulation.next()) {
+    }
+    for (const char* side : {"house.roof.left", "house.roof.right"}) {
+      const ScenePlane* roof = simulation.world().scene.find(side);
+      ASSERT_NE(roof, nullptr);
+      EXPECT_GT(simulation.sightings()[static_cast<std::size_t>(roof->id)], 10) << side << off;
+    }
+  }
+}
+
+TEST(Worlds, LostRollErrsBy22DegreesAfterThreeGoodPoses) {
+  Simulation simulation(make_scene("lost_roll"), 1);
+  int index = 0;
+  while (auto measurement = simulation.next()) {
+    if (const auto* odometry = std::get_if<Odometry>(&*measurement)) {
+      const SO3 error =
+          simulation.pose_at(odometry->stamp).so3().inverse() * odometry->T_odom_body.so3();
+      EXPECT_NEAR(error.log().norm() * 180 / M_PI, index++ < 3 ? 0 : 22, 1.0);
+    }
+  }
+  EXPECT_EQ(index, 13);
+}
+
+TEST(Simulation, AccelerometerAtRestFeelsGravity) {
+  Simulation simulation(make_scene("flat", {{"path.advance_m", "0"},
+                                            {"path.duration_s", "2"},
+                                            {"camera.enabled", "off"},
+                                            {"accelerometer.enabled", "on"}}),
+                        1);
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  int count = 0;
+  while (auto measurement = simulation.next()) {
+    if (const auto* a = std::get_if<Accelerometer>(&*measurement)) {
+      mean += a->acceleration_body;
+      ++count;
+    }
+  }
+  ASSERT_EQ(count, 101);
+  EXPECT_LT((mean / count - Eigen::Vector3d(0, 0, 9.81)).norm(), 0.03);
 }
 
 TEST(Worlds, LostAltitudeErrsBy50MetresAfterThreeGoodPoses) {
