@@ -75,12 +75,13 @@ void SegmentTerm::evaluate(const PoseState& pose, const PlaneState& plane,
 }
 
 Eigen::Matrix2d segment_sqrt_information(const ScanSegment& segment, const NoiseFloor& floor) {
-  // Along-line coordinate of the middle from the foot of the perpendicular, along
-  // (-sin, cos): rho of the line turned by dtheta about the foot changes there by s dtheta.
-  const Eigen::Vector2d middle = 0.5 * (segment.start + segment.end);
-  const double s = Eigen::Vector2d(-std::sin(segment.theta), std::cos(segment.theta)).dot(middle);
+  // s: coordinate of the middle along t = (-sin, cos). There the line lies at rho - s dtheta; the
+  // plane's normal is that of the line turned round, so its distance counts the other way.
+  const Eigen::Vector2d t(-std::sin(segment.theta), std::cos(segment.theta));
+  const double s = t.dot(0.5 * (segment.start + segment.end));
+  const double turn = t.dot(segment.end - segment.start) < 0 ? -1.0 : 1.0;
   Eigen::Matrix2d to_middle;  // (rho, theta) -> (rotation, distance at the middle)
-  to_middle << 0, 1, 1, -s;
+  to_middle << 0, turn, -1, s;
   Eigen::Matrix2d C = to_middle * segment.covariance * to_middle.transpose();
   C(0, 0) += floor.sigma_tilt * floor.sigma_tilt;
   C(1, 1) += floor.sigma_rho * floor.sigma_rho;

@@ -32,7 +32,8 @@ struct SegmentTerm {
 
 /// Of (rotation, mean distance) from the fit's covariance of (rho, theta) and what its points
 /// share. rho varies along the line, so it is carried to the middle of the end points:
-/// sigma^2(mid) = a C a^T with a = (1, s), s the middle's coordinate along the line.
+/// sigma^2(mid) = a C a^T, a = (-1, s), s the middle's coordinate along the line. Start and end may
+/// stand in either order; the plane's normal is taken to point towards the scanner.
 Eigen::Matrix2d segment_sqrt_information(const ScanSegment& segment, const NoiseFloor& floor);
 
 }  // namespace lamina

@@ -1,0 +1,97 @@
+// Levenberg-Marquardt with the step's predicted decrease as stopping rule.
+#include <lamina/backend/minimizer.hpp>
+
+#include <cmath>
+
+namespace lamina {
+
+const char* to_string(SolveStatus status) {
+  constexpr const char* kNames[] = {"converged", "max_iterations",   "stalled",
+                                    "cancelled", "nothing_to_solve", "invalid_input"};
+  return kNames[static_cast<int>(status)];
+}
+
+double total(const CostByType& cost) {
+  double sum = 0;
+  for (const double c : cost) sum += c;
+  return sum;
+}
+
+namespace {
+
+/// Diagonal that damping is relative to: never zero, so that a state without factors stays put.
+Eigen::VectorXd damping_scale(const NormalEquations& equations) {
+  Eigen::VectorXd scale = equations.diagonal();
+  const double least = 1e-12 * std::max(scale.size() > 0 ? scale.maxCoeff() : 0.0, 1e-6);
+  return scale.cwiseMax(least);
+}
+
+/// One damped system; empty when it cannot be factored or solved.
+Eigen::VectorXd damped_step(NormalEquations& equations, const Eigen::VectorXd& scale,
+                            double damping) {
+  if (!equations.factorize(damping * scale)) return {};
+  Eigen::VectorXd step = equations.solve(-equations.gradient());
+  if (!step.allFinite()) return {};
+  return step;
+}
+
+}  // namespace
+
+MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& options,
+                         const std::function<bool(const Iteration&)>& progress) {
+  MinimizerResult result;
+  CostByType cost = equations.linearize();
+  result.initial_cost = result.final_cost = cost;
+  if (equations.dimension() == 0) return result;
+  if (!std::isfinite(total(cost))) {
+    result.status = SolveStatus::kInvalidInput;
+    return result;
+  }
+  Eigen::VectorXd scale = damping_scale(equations);
+  double damping = options.initial_damping, growth = 10;
+  result.status = SolveStatus::kMaxIterations;
+  while (result.iterations < options.max_iterations) {
+    ++result.iterations;
+    Iteration report{result.iterations, total(cost), 0, damping, false};
+    const Eigen::VectorXd step = damped_step(equations, scale, damping);
+    if (step.size() > 0) {
+      // Of the quadratic model: cost falls by -g.d + damping d^T D d.
+      report.predicted_decrease =
+          -equations.gradient().dot(step) + damping * step.cwiseAbs2().dot(scale);
+      equations.step(step);
+      const bool last = report.predicted_decrease < options.chi2_tolerance;
+      const CostByType next = last ? equations.cost() : equations.linearize();
+      report.accepted = total(next) < total(cost);
+      if (report.accepted) {
+        report.cost = total(next);
+        cost = next;
+      } else {
+        equations.undo_step();
+        if (!last) equations.linearize();
+      }
+      if (last) result.status = SolveStatus::kConverged;
+    }
+    const bool go_on = !progress || progress(report);
+    if (result.status == SolveStatus::kConverged) break;
+    if (!go_on) {
+      result.status = SolveStatus::kCancelled;
+      break;
+    }
+    if (report.accepted) {
+      scale = damping_scale(equations);
+      damping = std::max(options.initial_damping, 0.1 * damping);
+      growth = 10;
+    } else {
+      damping = std::max(1e-6, damping) * growth;
+      growth *= 2;
+      if (damping > options.max_damping) {
+        result.status = SolveStatus::kStalled;
+        break;
+      }
+    }
+  }
+  result.final_cost = cost;
+  return result;
+}
+
+}  // namespace lamina

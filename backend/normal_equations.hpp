@@ -1,0 +1,68 @@
+// The graph as Gauss-Newton sees it: states, terms, and J^T J assembled in place.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <memory>
+#include <vector>
+
+#include <lamina/backend/graph.hpp>
+
+namespace lamina {
+
+/// How robust weights are made from a factor's chi-squared. The refiner sets it between solves.
+struct RobustWeights {
+  std::vector<double> plane_moments, segments, loops;  ///< one a factor; empty: all 1
+};
+
+/// sum of weighted squared residuals by FactorType.
+using CostByType = std::array<double, kFactorTypes>;
+
+/// Owns copies of the states and the factors' constants; the Graph is read once and written once.
+/// Variables that no solver moves (fixed keyframes and planes, inactive planes) have no columns.
+class NormalEquations {
+ public:
+  explicit NormalEquations(const Graph& graph);
+  ~NormalEquations();
+  NormalEquations(const NormalEquations&) = delete;
+  NormalEquations& operator=(const NormalEquations&) = delete;
+
+  int dimension() const;  ///< columns: 6 a free pose, 3 a free plane, surfel, extrinsics
+  void set_weights(const RobustWeights& weights);
+  /// Assembles J^T J and J^T r at the current states; returns the cost by type.
+  CostByType linearize();
+  CostByType cost() const;
+  /// Chi-squared of every plane, segment and loop factor, without its weight.
+  RobustWeights chi_squared() const;
+
+  const Eigen::VectorXd& gradient() const;  ///< J^T r
+  Eigen::VectorXd diagonal() const;
+  bool factorize(const Eigen::VectorXd& added);
+  Eigen::VectorXd solve(const Eigen::VectorXd& rhs);
+  int weak_pivots(double threshold) const;
+
+  /// Moves all states by d, and back again.
+  void step(const Eigen::VectorXd& d);
+  void undo_step();
+
+  /// Writes poses, planes, surfels, extrinsics into the graph this was made from.
+  void write(Graph& graph) const;
+  /// Replaces states by those of the graph (same structure).
+  void read(const Graph& graph);
+
+  /// Blocks of the inverse of what was factored last, by index into the graph's vectors; zero for
+  /// states that are held.
+  std::vector<Matrix6d> pose_covariances(const std::vector<std::size_t>& indices);
+  std::vector<Eigen::Matrix3d> plane_covariances(const std::vector<std::size_t>& indices);
+  std::vector<Eigen::Matrix3d> surfel_covariances(const std::vector<std::size_t>& indices);
+  /// Joint covariance of poses, cross terms included.
+  Eigen::MatrixXd joint_pose_covariance(const std::vector<std::size_t>& indices);
+
+  double factor_entries() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace lamina

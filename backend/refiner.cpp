@@ -1,0 +1,179 @@
+// Refiner: datum, plain solve, graduated non-convexity, report.
+#include <lamina/backend/refiner.hpp>
+
+#include <chrono>
+#include <cmath>
+#include <map>
+
+#include <lamina/backend/robust.hpp>
+
+namespace lamina {
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::array<std::size_t, kFactorTypes> counts_of(const Graph& graph) {
+  std::array<std::size_t, kFactorTypes> counts{};
+  const auto set = [&](FactorType type, std::size_t n) {
+    counts[static_cast<std::size_t>(type)] = n;
+  };
+  set(FactorType::kOdometry, graph.odometry.size());
+  set(FactorType::kPlanarOdometry, graph.planar_odometry.size());
+  set(FactorType::kLoop, graph.loops.size());
+  set(FactorType::kPrior, graph.priors.size());
+  set(FactorType::kPlaneMoments, graph.plane_moments.size());
+  set(FactorType::kSegment, graph.segments.size());
+  set(FactorType::kGravity, graph.gravity.size());
+  set(FactorType::kSurfelMoments, graph.surfel_moments.size());
+  set(FactorType::kSurfelParent, graph.surfel_parents.size());
+  set(FactorType::kMarginalPrior, graph.marginal_priors.size());
+  return counts;
+}
+
+/// Relative size of a pivot below which a direction counts as unconstrained.
+constexpr double kWeakPivot = 1e-11;
+
+int rank_deficiency(NormalEquations& equations) {
+  equations.linearize();
+  const Eigen::VectorXd diagonal = equations.diagonal();
+  for (const double damping : {1e-13, 1e-10, 1e-7}) {
+    Eigen::VectorXd added = damping * diagonal;
+    for (Eigen::Index i = 0; i < added.size(); ++i) {
+      if (!(diagonal(i) > 0)) added(i) = 1e-300;  // no factor at all: its pivot is this
+    }
+    if (equations.factorize(added)) {
+      return equations.weak_pivots(std::max(kWeakPivot, 10 * damping));
+    }
+  }
+  return equations.dimension();
+}
+
+}  // namespace
+
+RefineResult refine(Graph& graph, const RefineOptions& options,
+                    const std::function<bool(const RefineProgress&)>& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  RefineResult result;
+  result.problems = graph.problems();
+  if (!result.problems.empty()) {
+    result.status = SolveStatus::kInvalidInput;
+    return result;
+  }
+  result.held = keyframes_without_datum(graph);
+  for (const KeyframeId id : result.held) graph.at(id).fixed = true;
+  if (options.planes_from_evidence) fit_planes_to_evidence(graph);
+
+  NormalEquations equations(graph);
+  const RobustOutcome outcome = minimize_robustly(graph, equations, options, progress);
+  result.status = outcome.status;
+  result.iterations = outcome.iterations;
+  result.rounds = outcome.rounds;
+  result.rejected = outcome.rejected;
+  const auto counts = counts_of(graph);
+  for (int t = 0; t < kFactorTypes; ++t) {
+    const auto k = static_cast<std::size_t>(t);
+    if (counts[k] == 0) continue;
+    result.costs.push_back(
+        {static_cast<FactorType>(t), counts[k], outcome.initial_cost[k], outcome.final_cost[k]});
+  }
+  equations.write(graph);
+  if (equations.dimension() > 0) result.rank_deficiency = rank_deficiency(equations);
+  for (const KeyframeId id : result.held) graph.at(id).fixed = false;
+  result.solver = "block Cholesky of the normal equations (CHOLMOD), minimum degree on blocks";
+  result.solve_s = seconds_since(start);
+  return result;
+}
+
+void fit_planes_to_evidence(Graph& graph) {
+  std::vector<Moments> merged(graph.planes.size());
+  for (const PlaneMomentsFactor& f : graph.plane_moments) {
+    if (!(f.weight > 0)) continue;
+    const PlaneLandmark& plane = graph.at(f.plane);
+    const SE3& T = graph.at(f.keyframe).T_map_body;
+    const auto index = static_cast<std::size_t>(&plane - graph.planes.data());
+    const SE3 T_anchor_body(T.so3(), T.translation() - plane.anchor_map);
+    merged[index].merge(f.moments_body.scaled(f.weight).transformed(T_anchor_body));
+  }
+  for (std::size_t i = 0; i < merged.size(); ++i) {
+    PlaneLandmark& plane = graph.planes[i];
+    if (!plane.active || plane.fixed) continue;
+    // The present normal says which side is seen.
+    const Eigen::Vector3d seen_from = merged[i].mean() + plane.plane_anchor.normal();
+    const auto fit = merged[i].fit_plane(seen_from, 1.0);
+    // Determined to better than a radian: else lines of a scanner, or one spot, decided nothing.
+    if (fit && fit->covariance.topLeftCorner<2, 2>().trace() < 0.1) {
+      plane.set_plane_anchor(fit->plane);
+    }
+  }
+}
+
+namespace {
+
+/// Union-find over keyframes, planes and surfels.
+class Parts {
+ public:
+  explicit Parts(const Graph& graph)
+      : graph_(graph),
+        parent_(graph.keyframes.size() + graph.planes.size() + graph.surfels.size()) {
+    for (std::size_t i = 0; i < parent_.size(); ++i) parent_[i] = i;
+  }
+  std::size_t node(KeyframeId id) const {
+    return static_cast<std::size_t>(&graph_.at(id) - graph_.keyframes.data());
+  }
+  std::size_t node(PlaneId id) const {
+    return graph_.keyframes.size() +
+           static_cast<std::size_t>(&graph_.at(id) - graph_.planes.data());
+  }
+  std::size_t node(SurfelId id) const {
+    return graph_.keyframes.size() + graph_.planes.size() +
+           static_cast<std::size_t>(&graph_.at(id) - graph_.surfels.data());
+  }
+  std::size_t root(std::size_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  template <class A, class B>
+  void join(A a, B b) {
+    const std::size_t i = root(node(a)), j = root(node(b));
+    parent_[std::max(i, j)] = std::min(i, j);  // the first keyframe of a part is its root
+  }
+
+ private:
+  const Graph& graph_;
+  std::vector<std::size_t> parent_;
+};
+
+}  // namespace
+
+std::vector<KeyframeId> keyframes_without_datum(const Graph& graph) {
+  Parts parts(graph);
+  for (const auto& f : graph.odometry) parts.join(f.from, f.to);
+  for (const auto& f : graph.planar_odometry) parts.join(f.from, f.to);
+  for (const auto& f : graph.loops) parts.join(f.from, f.to);
+  for (const auto& f : graph.plane_moments) parts.join(f.keyframe, f.plane);
+  for (const auto& f : graph.segments) parts.join(f.keyframe, f.plane);
+  for (const auto& s : graph.surfels) parts.join(s.anchor, s.id);
+  for (const auto& f : graph.surfel_moments) parts.join(f.keyframe, f.surfel);
+  for (const auto& f : graph.surfel_parents) parts.join(f.surfel, f.plane);
+  std::vector<bool> has_datum(graph.keyframes.size() + graph.planes.size() + graph.surfels.size(),
+                              false);
+  for (const auto& k : graph.keyframes) {
+    if (k.fixed) has_datum[parts.root(parts.node(k.id))] = true;
+  }
+  for (const auto& f : graph.priors) has_datum[parts.root(parts.node(f.keyframe))] = true;
+  for (const auto& prior : graph.marginal_priors) {
+    for (const auto id : prior.keyframes) has_datum[parts.root(parts.node(id))] = true;
+  }
+  std::vector<KeyframeId> found;
+  for (const auto& k : graph.keyframes) {
+    const std::size_t root = parts.root(parts.node(k.id));
+    if (has_datum[root]) continue;
+    has_datum[root] = true;
+    found.push_back(k.id);
+  }
+  return found;
+}
+
+}  // namespace lamina

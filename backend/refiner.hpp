@@ -1,0 +1,65 @@
+// The whole graph at once, robustly: offline, or after a loop closed.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <lamina/backend/graph.hpp>
+#include <lamina/backend/minimizer.hpp>
+
+namespace lamina {
+
+struct RefineOptions {
+  MinimizerOptions minimizer;
+  /// Doubt plane observations and loops: graduated non-convexity. Off: all are believed.
+  bool robust = true;
+  /// Start planes from all their evidence at the present poses instead of their present estimates.
+  bool planes_from_evidence = false;
+  /// Chi-squared per degree of freedom above which an observation counts as wrong: 99.9 % of 3
+  /// degrees is 16.3; residual model errors ask for more.
+  double inlier_chi2 = 25;
+  int max_rounds = 20;  ///< of graduated non-convexity
+};
+
+struct CostChange {
+  FactorType type = FactorType::kOdometry;
+  std::size_t factors = 0;
+  double before = 0, after = 0;  ///< sum of squared whitened residuals
+};
+
+struct RefineProgress {
+  int round = 0;      ///< of graduated non-convexity, from 0
+  int iteration = 0;  ///< over all rounds, from 1
+  double cost = 0;
+  double predicted_decrease = 0;
+};
+
+struct RefineResult {
+  SolveStatus status = SolveStatus::kNothingToSolve;
+  int iterations = 0;  ///< linear systems solved, over all rounds
+  int rounds = 0;      ///< of graduated non-convexity; 0: the plain problem was consistent
+  double solve_s = 0;  ///< wall time of everything refine() did
+  std::vector<CostChange> costs;      ///< of types that occur
+  std::vector<FactorRef> rejected;    ///< factors found wrong: weight below one half
+  std::vector<KeyframeId> held;       ///< held because their part of the graph had no other datum
+  int rank_deficiency = 0;            ///< directions that nothing constrains, beyond what is held
+  std::string solver;                 ///< which linear solver, and why
+  std::vector<std::string> problems;  ///< Graph::problems() when the status is kInvalidInput
+};
+
+/// Refines every free state of the graph in place and sets `weight` of doubtful factors. Never
+/// throws for numerical reasons, never leaves NaN behind. `progress` returning false stops early.
+RefineResult refine(Graph& graph, const RefineOptions& options = {},
+                    const std::function<bool(const RefineProgress&)>& progress = {});
+
+/// Sets every active plane with evidence to the best fit of its merged moments at the present
+/// poses, factors weighted by their `weight`. Planes whose evidence does not determine them keep
+/// their estimate.
+void fit_planes_to_evidence(Graph& graph);
+
+/// For each connected part of the graph without a fixed state or a prior: its first keyframe.
+std::vector<KeyframeId> keyframes_without_datum(const Graph& graph);
+
+}  // namespace lamina
