@@ -59,7 +59,11 @@ bool PlaneManifold::PlusJacobian(const double* x, double* jacobian) const {
 }
 
 bool PlaneManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
-  Eigen::Vector3d::Map(y_minus_x) = PlaneState(y).plane().boxminus(PlaneState(x).plane());
+  // Not by way of Plane, which would divide y's rho by the length of its normal.
+  const PlaneState a(x);
+  const Eigen::Vector3d n(y[0], y[1], y[2]);
+  Eigen::Vector2d::Map(y_minus_x) = sphere_log(a.n, a.B, n, nullptr);
+  y_minus_x[2] = y[3] - a.rho;
   return true;
 }
 

@@ -20,8 +20,9 @@ const char* to_string(SolveStatus status);
 struct MinimizerOptions {
   int max_iterations = 50;
   /// Stop when a step is predicted to lower chi-squared by less: absolute, because the cost's size
-  /// says nothing about how far the states are from their best. 1e-3 is 0.03 sigma in all.
-  double chi2_tolerance = 1e-3;
+  /// says nothing about how far the states are from their best. 1e-2 is 0.1 sigma in all, and that
+  /// last step is still taken.
+  double chi2_tolerance = 1e-2;
   /// Relative to the diagonal. So small that a step is Gauss-Newton's wherever the graph is
   /// determined, and directions that nothing constrains still stay put.
   double initial_damping = 1e-10;

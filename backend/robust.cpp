@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lamina/backend/consensus.hpp>
+
 namespace lamina {
 namespace {
 
@@ -82,31 +84,57 @@ class Rounds {
   bool first_ = true;
 };
 
-void graduate(NormalEquations& equations, const RefineOptions& options, RobustOutcome& outcome,
-              Rounds& rounds, RobustWeights& weights) {
-  RobustWeights chi2 = equations.chi_squared();
+RobustWeights truncated(RobustWeights chi2, double limit) {
+  each_doubtful(chi2, [&](FactorType, std::vector<double>& v) {
+    for (double& x : v) x = x <= limit ? 1.0 : 0.0;
+  });
+  return chi2;
+}
+
+bool same(const RobustWeights& a, const RobustWeights& b) {
+  return a.plane_moments == b.plane_moments && a.segments == b.segments && a.loops == b.loops;
+}
+
+/// From the widest kernel to the real one; `candidates` are the plane observations that take part.
+bool graduate(NormalEquations& equations, const RefineOptions& options,
+              const std::vector<double>& candidates, RobustOutcome& outcome, Rounds& rounds) {
+  const auto chi2_of_candidates = [&] {
+    RobustWeights chi2 = equations.chi_squared();
+    for (std::size_t i = 0; i < candidates.size(); ++i) {
+      if (candidates[i] == 0) chi2.plane_moments[i] = 0;
+    }
+    return chi2;
+  };
+  RobustWeights chi2 = chi2_of_candidates();
   double mu = std::max(1.0, 2 * largest(chi2) / options.inlier_chi2);
-  MinimizerOptions one_step = options.minimizer;
-  one_step.max_iterations = 2;
-  // From the widest kernel to the real one in at most max_rounds even ratios.
   const double ratio = std::max(1.4, std::pow(mu, 1.0 / std::max(1, options.max_rounds - 1)));
-  for (bool last = false; !last;) {
+  MinimizerOptions few_steps = options.minimizer;
+  few_steps.max_iterations = 3;
+  for (bool last = false; !last; mu = std::max(1.0, mu / ratio)) {
     last = mu <= 1.0;
     ++outcome.rounds;
-    weights = weights_at(equations.chi_squared(), options.inlier_chi2, mu);
+    RobustWeights weights = weights_at(chi2_of_candidates(), options.inlier_chi2, mu);
+    for (std::size_t i = 0; i < candidates.size(); ++i) weights.plane_moments[i] *= candidates[i];
     equations.set_weights(weights);
-    if (!rounds.run(last ? options.minimizer : one_step)) return;
-    mu = std::max(1.0, mu / ratio);
+    if (!rounds.run(few_steps)) return false;
   }
-  // What is left is in or out.
-  chi2 = equations.chi_squared();
-  weights = chi2;
-  each_doubtful(weights, [&](FactorType, std::vector<double>& v) {
-    for (double& x : v) x = x <= options.inlier_chi2 ? 1.0 : 0.0;
-  });
-  equations.set_weights(weights);
-  ++outcome.rounds;
-  rounds.run(options.minimizer);
+  return true;
+}
+
+/// In or out for every doubtful factor, until the sets stay as they are.
+RobustWeights settle(NormalEquations& equations, const RefineOptions& options,
+                     RobustOutcome& outcome, Rounds& rounds) {
+  constexpr int kMostSettlings = 6;
+  RobustWeights weights;
+  for (int i = 0; i < kMostSettlings; ++i) {
+    RobustWeights next = truncated(equations.chi_squared(), options.inlier_chi2);
+    if (i > 0 && same(next, weights)) break;
+    weights = std::move(next);
+    equations.set_weights(weights);
+    ++outcome.rounds;
+    if (!rounds.run(options.minimizer)) break;
+  }
+  return weights;
 }
 
 }  // namespace
@@ -127,8 +155,12 @@ RobustOutcome minimize_robustly(Graph& graph, NormalEquations& equations,
   const bool go_on = rounds.run(options.minimizer);
   RobustWeights chi2 = equations.chi_squared();
   if (go_on && largest(chi2) > options.inlier_chi2) {
+    // Not consistent: what the plain solution bent is thrown away.
+    const std::vector<double> candidates = agreeing_observations(graph, options.inlier_chi2);
     equations.read(graph);
-    graduate(equations, options, outcome, rounds, weights);
+    if (graduate(equations, options, candidates, outcome, rounds)) {
+      weights = settle(equations, options, outcome, rounds);
+    }
     each_doubtful(weights, [&](FactorType type, std::vector<double>& v) {
       for (std::size_t i = 0; i < v.size(); ++i) {
         if (v[i] < 0.5) outcome.rejected.push_back({type, i});
