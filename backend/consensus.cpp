@@ -79,11 +79,14 @@ double disagreement(const Sighting& a, const Sighting& b, const Drift& drift,
   return symmetric_eigen(both.scatter()).values(0);
 }
 
-/// Groups of sightings that agree, by union-find; sightings are in time order.
-std::vector<std::size_t> groups_of(const std::vector<Sighting>& sightings, const Drift& drift,
-                                   const Graph& graph, const Eigen::Vector3d& normal_map,
-                                   double inlier_chi2) {
-  std::vector<std::size_t> parent(sightings.size());
+/// Groups of sightings that agree, and how many neighbours each was compared with.
+struct Groups {
+  std::vector<std::size_t> root, compared;
+};
+
+Groups groups_of(const std::vector<Sighting>& sightings, const Drift& drift, const Graph& graph,
+                 const Eigen::Vector3d& normal_map, double inlier_chi2) {
+  std::vector<std::size_t> parent(sightings.size()), compared(sightings.size(), 0);
   std::iota(parent.begin(), parent.end(), std::size_t{0});
   const auto root = [&](std::size_t i) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
@@ -96,19 +99,18 @@ std::vector<std::size_t> groups_of(const std::vector<Sighting>& sightings, const
     for (std::size_t b = a + 1; b < end; ++b) {
       const double chi2 = disagreement(sightings[a], sightings[b], drift, normal_map, position);
       if (std::isinf(chi2)) break;
+      ++compared[a];
+      ++compared[b];
       if (!(chi2 <= inlier_chi2)) continue;
       const std::size_t i = root(a), j = root(b);
       parent[std::max(i, j)] = std::min(i, j);
     }
   }
   for (std::size_t i = 0; i < parent.size(); ++i) parent[i] = root(i);
-  return parent;
+  return {std::move(parent), std::move(compared)};
 }
 
-}  // namespace
-
-std::vector<double> agreeing_observations(Graph& graph, double inlier_chi2) {
-  const Drift drift = drift_of(graph);
+std::vector<std::vector<Sighting>> sightings_by_plane(const Graph& graph) {
   std::vector<std::vector<Sighting>> by_plane(graph.planes.size());
   for (std::size_t i = 0; i < graph.plane_moments.size(); ++i) {
     const auto& f = graph.plane_moments[i];
@@ -117,29 +119,48 @@ std::vector<double> agreeing_observations(Graph& graph, double inlier_chi2) {
         {i, static_cast<std::size_t>(&keyframe - graph.keyframes.data()),
          f.moments_body.transformed(keyframe.T_map_body)});
   }
-  std::vector<double> weights(graph.plane_moments.size(), 0.0);
-  for (std::size_t p = 0; p < by_plane.size(); ++p) {
-    auto& sightings = by_plane[p];
-    if (sightings.empty()) continue;
-    PlaneLandmark& plane = graph.planes[p];
+  for (auto& sightings : by_plane) {
     std::stable_sort(sightings.begin(), sightings.end(),
                      [](const auto& a, const auto& b) { return a.keyframe < b.keyframe; });
-    const auto group = groups_of(sightings, drift, graph, plane.plane_anchor.normal(), inlier_chi2);
+  }
+  return by_plane;
+}
+
+}  // namespace
+
+Agreement agreeing_observations(const Graph& graph, double inlier_chi2) {
+  const Drift drift = drift_of(graph);
+  const auto by_plane = sightings_by_plane(graph);
+  Agreement result;
+  result.weights.assign(graph.plane_moments.size(), 1.0);
+  result.in_largest.assign(graph.plane_moments.size(), false);
+  result.planes_anchor.resize(graph.planes.size());
+  for (std::size_t p = 0; p < by_plane.size(); ++p) {
+    const auto& sightings = by_plane[p];
+    if (sightings.empty()) continue;
+    const PlaneLandmark& plane = graph.planes[p];
+    const Groups groups =
+        groups_of(sightings, drift, graph, plane.plane_anchor.normal(), inlier_chi2);
     std::vector<std::size_t> sizes(sightings.size(), 0);
-    for (const std::size_t g : group) ++sizes[g];
+    for (const std::size_t g : groups.root) ++sizes[g];
     const auto largest =
         static_cast<std::size_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
     Moments evidence;
     for (std::size_t i = 0; i < sightings.size(); ++i) {
-      if (sizes[group[i]] > 1 || group[i] == largest) weights[sightings[i].factor] = 1;
-      if (group[i] == largest) evidence.merge(sightings[i].moments_map);
+      if (groups.root[i] == largest) {
+        result.in_largest[sightings[i].factor] = true;
+        evidence.merge(sightings[i].moments_map);
+      } else if (sizes[groups.root[i]] == 1) {
+        result.weights[sightings[i].factor] = 0;
+        if (groups.compared[i] > 0) ++result.conflicts;
+      }
     }
     const Eigen::Vector3d viewer =
         graph.keyframes[sightings[largest].keyframe].T_map_body.translation();
     const auto fit = evidence.fit_plane(viewer, 1.0);
-    if (fit && !plane.fixed) plane.set_plane_anchor(fit->plane.about(plane.anchor_map));
+    if (fit) result.planes_anchor[p] = fit->plane.about(plane.anchor_map);
   }
-  return weights;
+  return result;
 }
 
 }  // namespace lamina

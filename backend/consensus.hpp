@@ -1,18 +1,29 @@
 // Which observations of one plane agree with each other, by odometry alone.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include <lamina/backend/graph.hpp>
 
 namespace lamina {
 
-/// For every plane_moments factor 1 (has agreeing neighbours in time, or is its plane's only
-/// evidence) or 0. Two observations agree when one plane fits both: the least eigenvalue of their
-/// merged scatter, a chi-squared, is at most `inlier_chi2` once each has been discounted by what
-/// odometry may have drifted between them. Keyframes further apart than odometry tells are not
-/// compared: a second visit forms its own group.
-/// Also sets each plane that has a group to the fit of its largest one (the earliest of equals).
-std::vector<double> agreeing_observations(Graph& graph, double inlier_chi2);
+struct Agreement {
+  /// For every plane_moments factor 1: it agrees with a neighbour in time, or is the first of a
+  /// plane where none do; 0: it stands alone, to be judged by a solution made without it.
+  std::vector<double> weights;
+  /// Whether the factor belongs to the largest group of its plane.
+  std::vector<bool> in_largest;
+  std::size_t conflicts = 0;  ///< how many could be compared with a neighbour and agreed with none
+  /// For each plane of the graph the fit of its largest group (the earliest of equals).
+  std::vector<std::optional<Plane>> planes_anchor;
+};
+
+/// Two observations of one plane agree when one plane fits both: the least eigenvalue of their
+/// merged scatter, a chi-squared, is at most `inlier_chi2` once the later has been discounted by
+/// what odometry may have drifted between them. Keyframes further apart than odometry can tell are
+/// not compared: a second visit forms its own group. Reads poses, not planes' estimates.
+Agreement agreeing_observations(const Graph& graph, double inlier_chi2);
 
 }  // namespace lamina

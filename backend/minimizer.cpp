@@ -52,7 +52,8 @@ MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& opt
   result.status = SolveStatus::kMaxIterations;
   while (result.iterations < options.max_iterations) {
     ++result.iterations;
-    Iteration report{result.iterations, total(cost), 0, damping, false};
+    const double before = total(cost);
+    Iteration report{result.iterations, before, 0, damping, false};
     const Eigen::VectorXd step = damped_step(equations, scale, damping);
     if (step.size() > 0) {
       // Of the quadratic model: cost falls by -g.d + damping d^T D d.
@@ -79,10 +80,13 @@ MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& opt
     }
     if (report.accepted) {
       scale = damping_scale(equations);
-      damping = std::max(options.initial_damping, 0.1 * damping);
+      // The better the quadratic model told the decrease, the less damping.
+      const double ratio = (before - total(cost)) / report.predicted_decrease;
+      if (ratio > 0.5) damping = std::max(options.initial_damping, 0.1 * damping);
+      if (ratio < 0.25) damping = std::max(1e-10, 4 * damping);
       growth = 10;
     } else {
-      damping = std::max(1e-6, damping) * growth;
+      damping = std::max(1e-9, damping) * growth;
       growth *= 2;
       if (damping > options.max_damping) {
         result.status = SolveStatus::kStalled;

@@ -25,7 +25,7 @@ struct MinimizerOptions {
   double chi2_tolerance = 1e-2;
   /// Relative to the diagonal. So small that a step is Gauss-Newton's wherever the graph is
   /// determined, and directions that nothing constrains still stay put.
-  double initial_damping = 1e-10;
+  double initial_damping = 1e-14;
   double max_damping = 1e4;
 };
 

@@ -35,10 +35,19 @@ struct NormalEquations::Impl {
     std::vector<int> poses, planes, surfels;  ///< indices of states
   };
   std::vector<Marginal> marginals;
-  std::vector<bool> with_extrinsics;  ///< of plane_moments factors, in the graph's order
+  // Which factor of the graph a doubtful term is.
+  std::vector<std::size_t> loop_factor, moments_factor, moments_extrinsics_factor, segment_factor;
+  std::size_t loop_count = 0, moments_count = 0, segment_count = 0;  ///< in the graph
   std::vector<double> loop_weights, moments_weights, moments_extrinsics_weights, segment_weights;
   std::unique_ptr<BlockCholesky> matrix;
   Eigen::VectorXd gradient;
+  // Where planes' distances are taken while solving: the middle of their evidence, and carried
+  // along the plane by a step that moves the evidence. The linear system is the same for any such
+  // point; what changes is the second order: a plane that turns about a point its evidence moved
+  // away from would miss it by tilt times shift, and Newton would crawl along a curved valley.
+  std::vector<Eigen::Vector3d> anchors, anchors_before, graph_anchors;
+  std::vector<Eigen::Vector4d> middles;
+  std::vector<bool> anchor_is_fixed;  ///< a marginal prior speaks of it
 
   explicit Impl(const Graph& graph);
   void make_states(const Graph& graph);
@@ -46,6 +55,11 @@ struct NormalEquations::Impl {
   void make_plane_terms(const Graph& graph);
   void make_surfel_terms(const Graph& graph);
   void make_marginals(const Graph& graph);
+  /// Mean of the evidence's means from each anchor (3), and how many they are.
+  std::vector<Eigen::Vector4d> evidence_middles();
+  void reanchor();
+  void carry_anchors();
+  void tell_anchors();
   template <class F>
   void each_group(F&& f);
   template <class F>
@@ -74,6 +88,7 @@ NormalEquations::Impl::Impl(const Graph& graph) {
   matrix = std::make_unique<BlockCholesky>(sizes, std::move(pairs));
   each_group([&](FactorType, auto& group, const auto&) { group.find_slots(states, *matrix); });
   gradient.setZero(matrix->dimension());
+  graph_anchors = anchors_before = anchors;
 }
 
 template <class F>
@@ -113,6 +128,8 @@ void NormalEquations::Impl::make_states(const Graph& graph) {
   }
   for (const PlaneLandmark& p : graph.planes) {
     add(states.planes, PlaneState(p.plane_anchor), p.fixed || !p.active, PlaneState::kTangent);
+    anchors.push_back(p.anchor_map);
+    anchor_is_fixed.push_back(p.fixed || !p.active);
   }
   for (const SurfelLandmark& s : graph.surfels) {
     add(states.surfels, FlatState(s.state), false, FlatState::kTangent);
@@ -135,7 +152,14 @@ void NormalEquations::Impl::make_pose_terms(const Graph& graph) {
   for (const auto& f : graph.planar_odometry) {
     planar.add(PlanarOdometryTerm(f), {pose(f.from), pose(f.to)});
   }
-  for (const auto& f : graph.loops) loops.add(OdometryTerm(f), {pose(f.from), pose(f.to)});
+  loop_count = graph.loops.size();
+  for (std::size_t i = 0; i < loop_count; ++i) {
+    const LoopFactor& f = graph.loops[i];
+    if (!(f.weight > 0)) continue;
+    loops.add(OdometryTerm(f), {pose(f.from), pose(f.to)});
+    loop_factor.push_back(i);
+    loop_weights.push_back(f.weight);
+  }
   for (const auto& f : graph.priors) priors.add(PriorTerm(f), {pose(f.keyframe)});
   for (const auto& f : graph.gravity) gravity.add(GravityTerm(f), {pose(f.keyframe)});
   for (const auto& e : graph.extrinsics) {
@@ -146,24 +170,35 @@ void NormalEquations::Impl::make_pose_terms(const Graph& graph) {
 }
 
 void NormalEquations::Impl::make_plane_terms(const Graph& graph) {
-  for (const auto& f : graph.plane_moments) {
-    const Keyframe& keyframe = graph.at(f.keyframe);
+  moments_count = graph.plane_moments.size();
+  for (std::size_t i = 0; i < moments_count; ++i) {
+    const PlaneMomentsFactor& f = graph.plane_moments[i];
+    if (!(f.weight > 0)) continue;
     const PlaneLandmark& plane = graph.at(f.plane);
-    const int k = index_in(graph.keyframes, keyframe), p = index_in(graph.planes, plane);
-    with_extrinsics.push_back(f.extrinsics != ExtrinsicsId::kNone);
+    const int k = index_in(graph.keyframes, graph.at(f.keyframe));
+    const int p = index_in(graph.planes, plane);
     if (f.extrinsics == ExtrinsicsId::kNone) {
       moments.add(PlaneMomentsTerm(f.moments_body, plane.anchor_map), {k, p});
+      moments_factor.push_back(i);
+      moments_weights.push_back(f.weight);
       continue;
     }
     const Extrinsics& sensor = graph.at(f.extrinsics);
     moments_extrinsics.add(PlaneMomentsExtrinsicsTerm(f.moments_body, plane.anchor_map,
                                                       sensor.T_body_sensor.translation()),
                            {k, p, index_in(graph.extrinsics, sensor)});
+    moments_extrinsics_factor.push_back(i);
+    moments_extrinsics_weights.push_back(f.weight);
   }
-  for (const auto& f : graph.segments) {
+  segment_count = graph.segments.size();
+  for (std::size_t i = 0; i < segment_count; ++i) {
+    const SegmentFactor& f = graph.segments[i];
+    if (!(f.weight > 0)) continue;
     const PlaneLandmark& plane = graph.at(f.plane);
     segments.add(SegmentTerm(f, plane.anchor_map),
                  {index_in(graph.keyframes, graph.at(f.keyframe)), index_in(graph.planes, plane)});
+    segment_factor.push_back(i);
+    segment_weights.push_back(f.weight);
   }
 }
 
@@ -196,12 +231,69 @@ void NormalEquations::Impl::make_marginals(const Graph& graph) {
     }
     for (const auto id : prior.planes) {
       marginal.planes.push_back(index_in(graph.planes, graph.at(id)));
+      anchor_is_fixed[static_cast<std::size_t>(marginal.planes.back())] = true;
     }
     for (const auto id : prior.surfels) {
       marginal.surfels.push_back(index_in(graph.surfels, graph.at(id)));
     }
     marginals.push_back(std::move(marginal));
   }
+}
+
+void NormalEquations::Impl::tell_anchors() {
+  const auto anchor = [this](int plane) { return anchors[static_cast<std::size_t>(plane)]; };
+  moments.each([&](auto& term, const auto& index) { term.anchor_map = anchor(index[1]); });
+  moments_extrinsics.each(
+      [&](auto& term, const auto& index) { term.nominal.anchor_map = anchor(index[1]); });
+  segments.each([&](auto& term, const auto& index) { term.anchor_map = anchor(index[1]); });
+  parents.each([&](auto& term, const auto& index) { term.anchor_map = anchor(index[1]); });
+}
+
+std::vector<Eigen::Vector4d> NormalEquations::Impl::evidence_middles() {
+  std::vector<Eigen::Vector4d> sums(anchors.size(), Eigen::Vector4d::Zero());
+  const auto collect = [&](int pose, int plane, const Eigen::Vector3d& mean_body) {
+    const PoseState& T = states.poses.now[static_cast<std::size_t>(pose)];
+    const auto p = static_cast<std::size_t>(plane);
+    sums[p].head<3>() += T.R * mean_body + (T.t - anchors[p]);
+    sums[p](3) += 1;
+  };
+  moments.each([&](auto& term, const auto& i) { collect(i[0], i[1], term.mean_body); });
+  moments_extrinsics.each(
+      [&](auto& term, const auto& i) { collect(i[0], i[1], term.nominal.mean_body); });
+  segments.each([&](auto& term, const auto& i) { collect(i[0], i[1], term.middle_body); });
+  for (Eigen::Vector4d& sum : sums) {
+    if (sum(3) > 0) sum.head<3>() /= sum(3);
+  }
+  return sums;
+}
+
+void NormalEquations::Impl::reanchor() {
+  constexpr double kFarSquared = 0.25;  // m^2: nearer than this, moving gains nothing
+  middles = evidence_middles();
+  bool moved = false;
+  for (std::size_t p = 0; p < anchors.size(); ++p) {
+    if (anchor_is_fixed[p] || middles[p](3) == 0) continue;
+    PlaneState& plane = states.planes.now[p];
+    const Eigen::Vector3d middle = middles[p].head<3>();
+    const Eigen::Vector3d shift = middle - (plane.n.dot(middle) - plane.rho) * plane.n;
+    if (!(shift.squaredNorm() > kFarSquared) || !shift.allFinite()) continue;
+    anchors[p] += shift;
+    middles[p].head<3>() -= shift;
+    plane.rho -= plane.n.dot(shift);
+    moved = true;
+  }
+  if (moved) tell_anchors();
+}
+
+void NormalEquations::Impl::carry_anchors() {
+  const std::vector<Eigen::Vector4d> after = evidence_middles();
+  for (std::size_t p = 0; p < anchors.size(); ++p) {
+    if (anchor_is_fixed[p] || after[p](3) == 0) continue;
+    const Eigen::Vector3d& n = states.planes.before[p].n;
+    const Eigen::Vector3d shift = (after[p] - middles[p]).head<3>();
+    if (shift.allFinite()) anchors[p] += shift - n.dot(shift) * n;
+  }
+  tell_anchors();
 }
 
 std::vector<int> NormalEquations::Impl::variables(const Marginal& marginal) const {
@@ -262,17 +354,18 @@ NormalEquations::~NormalEquations() = default;
 int NormalEquations::dimension() const { return impl_->matrix->dimension(); }
 
 void NormalEquations::set_weights(const RobustWeights& weights) {
-  impl_->loop_weights = weights.loops;
-  impl_->segment_weights = weights.segments;
-  impl_->moments_weights.clear();
-  impl_->moments_extrinsics_weights.clear();
-  for (std::size_t i = 0; i < weights.plane_moments.size(); ++i) {
-    (impl_->with_extrinsics[i] ? impl_->moments_extrinsics_weights : impl_->moments_weights)
-        .push_back(weights.plane_moments[i]);
-  }
+  const auto pick = [](const std::vector<double>& all, const std::vector<std::size_t>& factors,
+                       std::vector<double>& out) {
+    for (std::size_t i = 0; i < factors.size(); ++i) out[i] = all[factors[i]];
+  };
+  pick(weights.loops, impl_->loop_factor, impl_->loop_weights);
+  pick(weights.segments, impl_->segment_factor, impl_->segment_weights);
+  pick(weights.plane_moments, impl_->moments_factor, impl_->moments_weights);
+  pick(weights.plane_moments, impl_->moments_extrinsics_factor, impl_->moments_extrinsics_weights);
 }
 
 CostByType NormalEquations::linearize() {
+  impl_->reanchor();
   impl_->matrix->set_zero();
   impl_->gradient.setZero();
   return impl_->evaluate(&impl_->gradient);
@@ -281,17 +374,48 @@ CostByType NormalEquations::linearize() {
 CostByType NormalEquations::cost() const { return impl_->evaluate(nullptr); }
 
 RobustWeights NormalEquations::chi_squared() const {
-  RobustWeights chi2;
-  std::vector<double> plain, with;
-  impl_->moments.chi_squared(impl_->states, plain);
-  impl_->moments_extrinsics.chi_squared(impl_->states, with);
-  auto next_plain = plain.begin(), next_with = with.begin();
-  for (const bool extrinsics : impl_->with_extrinsics) {
-    chi2.plane_moments.push_back(extrinsics ? *next_with++ : *next_plain++);
+  RobustWeights all;
+  all.loops.resize(impl_->loop_count);
+  all.segments.resize(impl_->segment_count);
+  all.plane_moments.resize(impl_->moments_count);
+  const auto put = [this](const auto& group, const std::vector<std::size_t>& factors,
+                          std::vector<double>& out) {
+    std::vector<double> chi2;
+    group.chi_squared(impl_->states, chi2);
+    for (std::size_t i = 0; i < factors.size(); ++i) out[factors[i]] = chi2[i];
+  };
+  put(impl_->loops, impl_->loop_factor, all.loops);
+  put(impl_->segments, impl_->segment_factor, all.segments);
+  put(impl_->moments, impl_->moments_factor, all.plane_moments);
+  put(impl_->moments_extrinsics, impl_->moments_extrinsics_factor, all.plane_moments);
+  return all;
+}
+
+RobustWeights chi_squared_of(const Graph& graph) {
+  RobustWeights all;
+  const auto pose = [&](KeyframeId id) { return PoseState(graph.at(id).T_map_body); };
+  for (const LoopFactor& f : graph.loops) {
+    Vector6d r;
+    OdometryTerm(f).evaluate(pose(f.from), pose(f.to), r, nullptr);
+    all.loops.push_back(r.squaredNorm());
   }
-  impl_->segments.chi_squared(impl_->states, chi2.segments);
-  impl_->loops.chi_squared(impl_->states, chi2.loops);
-  return chi2;
+  for (const SegmentFactor& f : graph.segments) {
+    const PlaneLandmark& plane = graph.at(f.plane);
+    Eigen::Vector2d r;
+    SegmentTerm(f, plane.anchor_map)
+        .evaluate(pose(f.keyframe), PlaneState(plane.plane_anchor), r, nullptr);
+    all.segments.push_back(r.squaredNorm());
+  }
+  for (const PlaneMomentsFactor& f : graph.plane_moments) {
+    const PlaneLandmark& plane = graph.at(f.plane);
+    const SE3& T = graph.at(f.keyframe).T_map_body;
+    SE3 T_anchor_body(T.so3(), T.translation() - plane.anchor_map);
+    if (f.extrinsics != ExtrinsicsId::kNone) {
+      T_anchor_body = T_anchor_body * extrinsics_correction(graph.at(f.extrinsics));
+    }
+    all.plane_moments.push_back(f.moments_body.cost(T_anchor_body.inverse() * plane.plane_anchor));
+  }
+  return all;
 }
 
 const Eigen::VectorXd& NormalEquations::gradient() const { return impl_->gradient; }
@@ -308,6 +432,7 @@ int NormalEquations::weak_pivots(double threshold) const {
 double NormalEquations::factor_entries() const { return impl_->matrix->factor_entries(); }
 
 void NormalEquations::step(const Eigen::VectorXd& d) {
+  impl_->anchors_before = impl_->anchors;
   impl_->each_kind([&](auto& kind) {
     using State = typename std::decay_t<decltype(kind.now)>::value_type;
     kind.before = kind.now;
@@ -317,10 +442,13 @@ void NormalEquations::step(const Eigen::VectorXd& d) {
           d.template segment<State::kTangent>(impl_->matrix->row_of(kind.variable[i])));
     }
   });
+  impl_->carry_anchors();
 }
 
 void NormalEquations::undo_step() {
   impl_->each_kind([](auto& kind) { kind.now.swap(kind.before); });
+  impl_->anchors.swap(impl_->anchors_before);
+  impl_->tell_anchors();
 }
 
 void NormalEquations::write(Graph& graph) const {
@@ -329,29 +457,15 @@ void NormalEquations::write(Graph& graph) const {
     if (s.poses.variable[i] != kHeld) graph.keyframes[i].T_map_body = s.poses.now[i].se3();
   }
   for (std::size_t i = 0; i < graph.planes.size(); ++i) {
-    if (s.planes.variable[i] != kHeld) graph.planes[i].set_plane_anchor(s.planes.now[i].plane());
+    if (s.planes.variable[i] == kHeld) continue;
+    const Eigen::Vector3d back = impl_->graph_anchors[i] - impl_->anchors[i];
+    graph.planes[i].set_plane_anchor(s.planes.now[i].plane().about(back));
   }
   for (std::size_t i = 0; i < graph.surfels.size(); ++i) {
     graph.surfels[i].state = s.surfels.now[i].x;
   }
   for (std::size_t i = 0; i < graph.extrinsics.size(); ++i) {
     graph.extrinsics[i].state = s.extrinsics.now[i].x;
-  }
-}
-
-void NormalEquations::read(const Graph& graph) {
-  AllStates& s = impl_->states;
-  for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
-    s.poses.now[i] = PoseState(graph.keyframes[i].T_map_body);
-  }
-  for (std::size_t i = 0; i < graph.planes.size(); ++i) {
-    s.planes.now[i] = PlaneState(graph.planes[i].plane_anchor);
-  }
-  for (std::size_t i = 0; i < graph.surfels.size(); ++i) {
-    s.surfels.now[i] = FlatState(graph.surfels[i].state);
-  }
-  for (std::size_t i = 0; i < graph.extrinsics.size(); ++i) {
-    s.extrinsics.now[i] = FlatState(graph.extrinsics[i].state);
   }
 }
 
@@ -381,7 +495,16 @@ std::vector<Matrix6d> NormalEquations::pose_covariances(const std::vector<std::s
 
 std::vector<Eigen::Matrix3d> NormalEquations::plane_covariances(
     const std::vector<std::size_t>& indices) {
-  return blocks_of<3>(*impl_->matrix, indices, impl_->states.planes);
+  auto blocks = blocks_of<3>(*impl_->matrix, indices, impl_->states.planes);
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    // About the graph's anchor: rho there is rho here less n.back.
+    const std::size_t p = indices[i];
+    const Eigen::Vector3d back = impl_->graph_anchors[p] - impl_->anchors[p];
+    Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
+    J.bottomLeftCorner<1, 2>() = -back.transpose() * impl_->states.planes.now[p].B;
+    blocks[i] = (J * blocks[i] * J.transpose()).eval();
+  }
+  return blocks;
 }
 
 std::vector<Eigen::Matrix3d> NormalEquations::surfel_covariances(

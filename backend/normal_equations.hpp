@@ -10,16 +10,20 @@
 
 namespace lamina {
 
-/// How robust weights are made from a factor's chi-squared. The refiner sets it between solves.
+/// One number for each factor that may be doubted, in the graph's order: a weight, or chi-squared.
 struct RobustWeights {
-  std::vector<double> plane_moments, segments, loops;  ///< one a factor; empty: all 1
+  std::vector<double> plane_moments, segments, loops;
 };
+
+/// Chi-squared of every doubtful factor at the graph's states, its weight left aside.
+RobustWeights chi_squared_of(const Graph& graph);
 
 /// sum of weighted squared residuals by FactorType.
 using CostByType = std::array<double, kFactorTypes>;
 
 /// Owns copies of the states and the factors' constants; the Graph is read once and written once.
-/// Variables that no solver moves (fixed keyframes and planes, inactive planes) have no columns.
+/// Variables that no solver moves (fixed keyframes and planes, inactive planes) have no columns;
+/// factors of weight 0 are left out, so that wrong ones cost no fill.
 class NormalEquations {
  public:
   explicit NormalEquations(const Graph& graph);
@@ -28,11 +32,12 @@ class NormalEquations {
   NormalEquations& operator=(const NormalEquations&) = delete;
 
   int dimension() const;  ///< columns: 6 a free pose, 3 a free plane, surfel, extrinsics
+  /// New weights for the factors that were taken in.
   void set_weights(const RobustWeights& weights);
   /// Assembles J^T J and J^T r at the current states; returns the cost by type.
   CostByType linearize();
   CostByType cost() const;
-  /// Chi-squared of every plane, segment and loop factor, without its weight.
+  /// Chi-squared of every doubtful factor, its weight left aside; 0 for those left out.
   RobustWeights chi_squared() const;
 
   const Eigen::VectorXd& gradient() const;  ///< J^T r
@@ -47,8 +52,6 @@ class NormalEquations {
 
   /// Writes poses, planes, surfels, extrinsics into the graph this was made from.
   void write(Graph& graph) const;
-  /// Replaces states by those of the graph (same structure).
-  void read(const Graph& graph);
 
   /// Blocks of the inverse of what was factored last, by index into the graph's vectors; zero for
   /// states that are held.

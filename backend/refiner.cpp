@@ -34,6 +34,8 @@ std::array<std::size_t, kFactorTypes> counts_of(const Graph& graph) {
 
 /// Relative size of a pivot below which a direction counts as unconstrained.
 constexpr double kWeakPivot = 1e-11;
+/// Relative size of a pivot that no damping of a healthy solve can have made.
+constexpr double kCertainPivot = 1e-8;
 
 int rank_deficiency(NormalEquations& equations) {
   equations.linearize();
@@ -65,8 +67,7 @@ RefineResult refine(Graph& graph, const RefineOptions& options,
   for (const KeyframeId id : result.held) graph.at(id).fixed = true;
   if (options.planes_from_evidence) fit_planes_to_evidence(graph);
 
-  NormalEquations equations(graph);
-  const RobustOutcome outcome = minimize_robustly(graph, equations, options, progress);
+  const RobustOutcome outcome = minimize_robustly(graph, options, progress);
   result.status = outcome.status;
   result.iterations = outcome.iterations;
   result.rounds = outcome.rounds;
@@ -78,8 +79,11 @@ RefineResult refine(Graph& graph, const RefineOptions& options,
     result.costs.push_back(
         {static_cast<FactorType>(t), counts[k], outcome.initial_cost[k], outcome.final_cost[k]});
   }
-  equations.write(graph);
-  if (equations.dimension() > 0) result.rank_deficiency = rank_deficiency(equations);
+  NormalEquations& equations = *outcome.equations;
+  // The last system of the solve was damped: where even that had no small pivot there is none.
+  if (equations.dimension() > 0 && equations.weak_pivots(kCertainPivot) > 0) {
+    result.rank_deficiency = rank_deficiency(equations);
+  }
   for (const KeyframeId id : result.held) graph.at(id).fixed = false;
   result.solver = "block Cholesky of the normal equations (CHOLMOD), minimum degree on blocks";
   result.solve_s = seconds_since(start);
@@ -87,7 +91,7 @@ RefineResult refine(Graph& graph, const RefineOptions& options,
 }
 
 void fit_planes_to_evidence(Graph& graph) {
-  std::vector<Moments> merged(graph.planes.size());
+  std::vector<Moments> merged(graph.planes.size()), viewers(graph.planes.size());
   for (const PlaneMomentsFactor& f : graph.plane_moments) {
     if (!(f.weight > 0)) continue;
     const PlaneLandmark& plane = graph.at(f.plane);
@@ -95,13 +99,12 @@ void fit_planes_to_evidence(Graph& graph) {
     const auto index = static_cast<std::size_t>(&plane - graph.planes.data());
     const SE3 T_anchor_body(T.so3(), T.translation() - plane.anchor_map);
     merged[index].merge(f.moments_body.scaled(f.weight).transformed(T_anchor_body));
+    viewers[index].add(T_anchor_body.translation());
   }
   for (std::size_t i = 0; i < merged.size(); ++i) {
     PlaneLandmark& plane = graph.planes[i];
     if (!plane.active || plane.fixed) continue;
-    // The present normal says which side is seen.
-    const Eigen::Vector3d seen_from = merged[i].mean() + plane.plane_anchor.normal();
-    const auto fit = merged[i].fit_plane(seen_from, 1.0);
+    const auto fit = merged[i].fit_plane(viewers[i].mean(), 1.0);
     // Determined to better than a radian: else lines of a scanner, or one spot, decided nothing.
     if (fit && fit->covariance.topLeftCorner<2, 2>().trace() < 0.1) {
       plane.set_plane_anchor(fit->plane);

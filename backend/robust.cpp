@@ -36,14 +36,6 @@ RobustWeights weights_at(RobustWeights chi2, double c2, double mu) {
   return chi2;
 }
 
-RobustWeights present_weights(const Graph& graph) {
-  RobustWeights weights;
-  for (const auto& f : graph.plane_moments) weights.plane_moments.push_back(f.weight);
-  for (const auto& f : graph.segments) weights.segments.push_back(f.weight);
-  for (const auto& f : graph.loops) weights.loops.push_back(f.weight);
-  return weights;
-}
-
 void store_weights(Graph& graph, const RobustWeights& weights) {
   for (std::size_t i = 0; i < graph.plane_moments.size(); ++i) {
     graph.plane_moments[i].weight = weights.plane_moments[i];
@@ -54,15 +46,22 @@ void store_weights(Graph& graph, const RobustWeights& weights) {
   for (std::size_t i = 0; i < graph.loops.size(); ++i) graph.loops[i].weight = weights.loops[i];
 }
 
-/// Runs minimize() and adds it to the outcome; false when the caller wants to stop.
+/// Runs minimize() on the graph and keeps count.
 class Rounds {
  public:
-  Rounds(NormalEquations& equations, RobustOutcome& outcome,
+  Rounds(Graph& graph, RobustOutcome& outcome,
          const std::function<bool(const RefineProgress&)>& progress)
-      : equations_(equations), outcome_(outcome), progress_(progress) {}
+      : graph_(graph), outcome_(outcome), progress_(progress) {}
 
+  /// Takes in the factors the graph's weights leave.
+  NormalEquations& renew() {
+    outcome_.equations.reset();  // frees its memory first
+    outcome_.equations = std::make_unique<NormalEquations>(graph_);
+    return *outcome_.equations;
+  }
+  /// False when the caller wants to stop, or there is nothing to go on with.
   bool run(const MinimizerOptions& options) {
-    const MinimizerResult result = minimize(equations_, options, [&](const Iteration& it) {
+    const MinimizerResult result = minimize(*outcome_.equations, options, [&](const Iteration& it) {
       if (!progress_) return true;
       return progress_(
           {outcome_.rounds, outcome_.iterations + it.number, it.cost, it.predicted_decrease});
@@ -76,9 +75,10 @@ class Rounds {
            result.status != SolveStatus::kInvalidInput &&
            result.status != SolveStatus::kNothingToSolve;
   }
+  void write() { outcome_.equations->write(graph_); }
 
  private:
-  NormalEquations& equations_;
+  Graph& graph_;
   RobustOutcome& outcome_;
   const std::function<bool(const RefineProgress&)>& progress_;
   bool first_ = true;
@@ -95,79 +95,139 @@ bool same(const RobustWeights& a, const RobustWeights& b) {
   return a.plane_moments == b.plane_moments && a.segments == b.segments && a.loops == b.loops;
 }
 
-/// From the widest kernel to the real one; `candidates` are the plane observations that take part.
-bool graduate(NormalEquations& equations, const RefineOptions& options,
-              const std::vector<double>& candidates, RobustOutcome& outcome, Rounds& rounds) {
-  const auto chi2_of_candidates = [&] {
-    RobustWeights chi2 = equations.chi_squared();
-    for (std::size_t i = 0; i < candidates.size(); ++i) {
-      if (candidates[i] == 0) chi2.plane_moments[i] = 0;
+/// Median chi-squared of what has to be drawn together: loops, and observations outside their
+/// plane's largest group. Most of them are right and off by the drift; the wrong ones lie beyond,
+/// where a kernel of this width no longer hears them.
+double typical_misfit(const RobustWeights& chi2, const Agreement& agreement) {
+  std::vector<double> misfits = chi2.loops;
+  misfits.insert(misfits.end(), chi2.segments.begin(), chi2.segments.end());
+  for (std::size_t i = 0; i < chi2.plane_moments.size(); ++i) {
+    if (agreement.weights[i] > 0 && !agreement.in_largest[i]) {
+      misfits.push_back(chi2.plane_moments[i]);
     }
-    return chi2;
-  };
-  RobustWeights chi2 = chi2_of_candidates();
-  double mu = std::max(1.0, 2 * largest(chi2) / options.inlier_chi2);
+  }
+  if (misfits.empty()) return 0;
+  const auto middle = misfits.begin() + static_cast<std::ptrdiff_t>(misfits.size() / 2);
+  std::nth_element(misfits.begin(), middle, misfits.end());
+  return *middle;
+}
+
+/// From the widest kernel to the real one, over the factors the graph's weights leave.
+bool graduate(const Agreement& agreement, const RefineOptions& options, RobustOutcome& outcome,
+              Rounds& rounds) {
+  NormalEquations& equations = rounds.renew();
+  double mu =
+      std::max(1.0, 2 * typical_misfit(equations.chi_squared(), agreement) / options.inlier_chi2);
   const double ratio = std::max(1.4, std::pow(mu, 1.0 / std::max(1, options.max_rounds - 1)));
   MinimizerOptions few_steps = options.minimizer;
   few_steps.max_iterations = 3;
   for (bool last = false; !last; mu = std::max(1.0, mu / ratio)) {
     last = mu <= 1.0;
     ++outcome.rounds;
-    RobustWeights weights = weights_at(chi2_of_candidates(), options.inlier_chi2, mu);
-    for (std::size_t i = 0; i < candidates.size(); ++i) weights.plane_moments[i] *= candidates[i];
-    equations.set_weights(weights);
+    equations.set_weights(weights_at(equations.chi_squared(), options.inlier_chi2, mu));
     if (!rounds.run(few_steps)) return false;
   }
   return true;
 }
 
 /// In or out for every doubtful factor, until the sets stay as they are.
-RobustWeights settle(NormalEquations& equations, const RefineOptions& options,
-                     RobustOutcome& outcome, Rounds& rounds) {
+void settle(Graph& graph, const RefineOptions& options, RobustOutcome& outcome, Rounds& rounds) {
   constexpr int kMostSettlings = 6;
   RobustWeights weights;
   for (int i = 0; i < kMostSettlings; ++i) {
-    RobustWeights next = truncated(equations.chi_squared(), options.inlier_chi2);
+    rounds.write();
+    RobustWeights next = truncated(chi_squared_of(graph), options.inlier_chi2);
     if (i > 0 && same(next, weights)) break;
     weights = std::move(next);
-    equations.set_weights(weights);
+    store_weights(graph, weights);
+    // A plane whose evidence changed may be far from it, and Newton slow to turn it: the poses are
+    // good by now, so its best fit is too.
+    fit_planes_to_evidence(graph);
+    rounds.renew();
     ++outcome.rounds;
     if (!rounds.run(options.minimizer)) break;
   }
-  return weights;
+}
+
+std::vector<FactorRef> rejected_factors(const Graph& graph) {
+  std::vector<FactorRef> rejected;
+  const auto look = [&](FactorType type, const auto& factors) {
+    for (std::size_t i = 0; i < factors.size(); ++i) {
+      if (factors[i].weight < 0.5) rejected.push_back({type, i});
+    }
+  };
+  look(FactorType::kPlaneMoments, graph.plane_moments);
+  look(FactorType::kSegment, graph.segments);
+  look(FactorType::kLoop, graph.loops);
+  return rejected;
+}
+
+void believe_all(Graph& graph) {
+  for (auto& f : graph.plane_moments) f.weight = 1;
+  for (auto& f : graph.segments) f.weight = 1;
+  for (auto& f : graph.loops) f.weight = 1;
+}
+
+/// What the plain solution says about the doubtful factors.
+enum class Verdict { kConsistent, kFewOutliers, kContradiction };
+
+Verdict judge(RobustWeights chi2, double limit) {
+  std::size_t all = 0, beyond = 0;
+  each_doubtful(chi2, [&](FactorType, const std::vector<double>& v) {
+    all += v.size();
+    for (const double x : v) beyond += x <= limit ? 0 : 1;
+  });
+  if (beyond == 0) return Verdict::kConsistent;
+  // A few far out in a solution they did not bend need no fresh start.
+  const bool few = beyond <= std::max<std::size_t>(1, all / 500) && largest(chi2) < 10 * limit;
+  return few ? Verdict::kFewOutliers : Verdict::kContradiction;
+}
+
+/// From scratch: candidates by agreement, kernels from wide to narrow, then all factors judged.
+void solve_doubting(Graph& graph, const Agreement& agreement, const RefineOptions& options,
+                    RobustOutcome& outcome, Rounds& rounds) {
+  for (std::size_t i = 0; i < graph.plane_moments.size(); ++i) {
+    graph.plane_moments[i].weight = agreement.weights[i];
+  }
+  for (std::size_t p = 0; p < graph.planes.size(); ++p) {
+    PlaneLandmark& plane = graph.planes[p];
+    if (agreement.planes_anchor[p] && !plane.fixed && plane.active) {
+      plane.set_plane_anchor(*agreement.planes_anchor[p]);
+    }
+  }
+  if (graduate(agreement, options, outcome, rounds)) settle(graph, options, outcome, rounds);
 }
 
 }  // namespace
 
-RobustOutcome minimize_robustly(Graph& graph, NormalEquations& equations,
-                                const RefineOptions& options,
+RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
                                 const std::function<bool(const RefineProgress&)>& progress) {
   RobustOutcome outcome;
-  Rounds rounds(equations, outcome, progress);
-  RobustWeights weights = present_weights(graph);
+  Rounds rounds(graph, outcome, progress);
   if (!options.robust) {
-    equations.set_weights(weights);
+    rounds.renew();
     rounds.run(options.minimizer);
+    rounds.write();
     return outcome;
   }
-  each_doubtful(weights,
-                [](FactorType, std::vector<double>& v) { std::fill(v.begin(), v.end(), 1.0); });
-  const bool go_on = rounds.run(options.minimizer);
-  RobustWeights chi2 = equations.chi_squared();
-  if (go_on && largest(chi2) > options.inlier_chi2) {
-    // Not consistent: what the plain solution bent is thrown away.
-    const std::vector<double> candidates = agreeing_observations(graph, options.inlier_chi2);
-    equations.read(graph);
-    if (graduate(equations, options, candidates, outcome, rounds)) {
-      weights = settle(equations, options, outcome, rounds);
+  believe_all(graph);
+  const Agreement agreement = agreeing_observations(graph, options.inlier_chi2);
+  Verdict verdict = Verdict::kContradiction;
+  if (agreement.conflicts <= graph.plane_moments.size() / 500) {
+    NormalEquations& equations = rounds.renew();
+    if (rounds.run(options.minimizer)) {
+      verdict = judge(equations.chi_squared(), options.inlier_chi2);
+    } else {
+      verdict = Verdict::kConsistent;  // stopped: what there is stands
     }
-    each_doubtful(weights, [&](FactorType type, std::vector<double>& v) {
-      for (std::size_t i = 0; i < v.size(); ++i) {
-        if (v[i] < 0.5) outcome.rejected.push_back({type, i});
-      }
-    });
   }
-  store_weights(graph, weights);
+  if (verdict == Verdict::kFewOutliers) settle(graph, options, outcome, rounds);
+  // The plain solution was never written: the graph is still where it began.
+  if (verdict == Verdict::kContradiction) {
+    solve_doubting(graph, agreement, options, outcome, rounds);
+  }
+  rounds.write();
+  outcome.rejected = rejected_factors(graph);
   return outcome;
 }
 

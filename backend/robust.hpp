@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include <lamina/backend/refiner.hpp>
@@ -13,12 +14,13 @@ struct RobustOutcome {
   int iterations = 0, rounds = 0;
   CostByType initial_cost{}, final_cost{};
   std::vector<FactorRef> rejected;
+  std::unique_ptr<NormalEquations> equations;  ///< of the last solve, at the solution
 };
 
-/// Minimises plainly; when every doubtful factor then fits, that is the answer. Otherwise starts
-/// again with kernels from nearly quadratic to truncated. Sets `weight` of the graph's factors.
-RobustOutcome minimize_robustly(Graph& graph, NormalEquations& equations,
-                                const RefineOptions& options,
+/// Minimises plainly; when every doubtful factor then fits, that is the answer. Otherwise, or when
+/// observations contradict each other from the outset, starts with kernels from nearly quadratic to
+/// truncated. Writes the states and the `weight` of doubtful factors into the graph.
+RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
                                 const std::function<bool(const RefineProgress&)>& progress);
 
 }  // namespace lamina

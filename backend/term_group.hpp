@@ -76,6 +76,11 @@ class Group {
     index_.push_back(index);
   }
   std::size_t size() const { return terms_.size(); }
+  /// f(term, indices of its states) for every term.
+  template <class F>
+  void each(F&& f) {
+    for (std::size_t i = 0; i < terms_.size(); ++i) f(terms_[i], index_[i]);
+  }
 
   void pairs(const AllStates& states, std::vector<std::pair<int, int>>& out) const {
     for (const Index& index : index_) {
