@@ -1,0 +1,64 @@
+// Which evidence touches which tile, and what changed: internal to the rasterizer.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include <lamina/grid/raster_tile.hpp>
+
+namespace lamina::raster {
+
+/// Tiles by (row, column).
+using TileKey = std::pair<std::int32_t, std::int32_t>;
+using Tiles = std::map<TileKey, std::unique_ptr<Tile>>;
+inline TileKey key_of(const Tile& tile) { return {tile.first.j / kSide, tile.first.i / kSide}; }
+
+/// Keeps the lists of evidence in the tiles, and marks what must be drawn again.
+class Book {
+ public:
+  explicit Book(const RasterOptions& options) : options_(options) {}
+  /// Everything is compared with what it was.
+  void update(const PlanarMap& map);
+  /// Only what is listed, the ends of the lists, and the end of the path.
+  void update(const PlanarMap& map, const RasterChanges& changes);
+
+  Tiles tiles;
+  std::vector<PathPoint> seeds, references;  ///< of the path, one every so far
+
+ private:
+  /// Tiles from (i0, j0) to (i1, j1); none when i0 > i1.
+  struct Item {
+    std::uint64_t digest = 0;
+    std::int32_t i0 = 1, j0 = 1, i1 = 0, j1 = 0;
+  };
+  using List = std::vector<std::int32_t> Tile::*;
+  struct Kind {
+    List list;
+    bool Tile::*mark;
+    std::vector<Item> items;
+  };
+  Item covering(const Eigen::Vector2d& low, const Eigen::Vector2d& high, double margin) const;
+  Item item(const Surfel& surfel) const;
+  Item item(const MapPlane& plane) const;
+  Item item(const EdgePoint& edge) const;
+  Item item(const Eigen::Vector3d& point) const;
+  void place(Kind& kind, std::size_t index, const Item& item);
+  void cut(Kind& kind, std::size_t size);
+  template <class T>
+  void compare(Kind& kind, const std::vector<T>& list, std::size_t from);
+  template <class T>
+  void compare(Kind& kind, const std::vector<T>& list, const std::vector<std::size_t>& listed);
+  void follow(const Trajectory& path, bool from_start);
+  void place_path();
+
+  RasterOptions options_;
+  Kind surfels_{&Tile::surfels, &Tile::redraw, {}}, planes_{&Tile::planes, &Tile::redraw, {}},
+      edges_{&Tile::edges, &Tile::redraw, {}}, points_{&Tile::points, &Tile::redraw, {}},
+      seeds_{&Tile::seeds, &Tile::reseed, {}}, references_{&Tile::references, &Tile::rerefer, {}};
+  std::size_t followed_ = 0;  ///< poses of the path looked at
+};
+
+}  // namespace lamina::raster

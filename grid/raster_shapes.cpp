@@ -1,0 +1,242 @@
+// Scan conversion.
+#include <lamina/grid/raster_shapes.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lamina::raster {
+namespace {
+
+constexpr float kFar = 1e6F;
+
+bool inside(int i, int j) { return i >= 0 && j >= 0 && i < kSide && j < kSide; }
+
+// Height and uncertainty of a plane over a place. The height along the normal at in-plane offset
+// (a, b) from the centre changes by d2 - a d0 - b d1 for the tangent (d0, d1, d2).
+struct Incline {
+  Eigen::Vector3d center, normal;
+  Eigen::Matrix3d covariance;
+  Matrix32d basis;
+
+  Incline(const Eigen::Vector3d& c, const Eigen::Vector3d& n, const Eigen::Matrix3d& S)
+      : center(c), normal(n), covariance(S), basis(Plane::tangent_basis(n)) {}
+  double rise(const Eigen::Vector2d& d) const {
+    return -(normal.x() * d.x() + normal.y() * d.y()) / normal.z();
+  }
+  void fill(const Eigen::Vector2d& d, Support& s) const {
+    const double dz = rise(d), nz2 = normal.z() * normal.z();
+    const Eigen::Vector2d ab = basis.transpose() * Eigen::Vector3d(d.x(), d.y(), dz);
+    const Eigen::Vector3d J(-ab.x(), -ab.y(), 1);
+    s.height = static_cast<float>(center.z() + dz);
+    s.variance = static_cast<float>(std::max(0.0, J.dot(covariance * J)) / nz2);
+    s.slope_x = static_cast<float>(-normal.x() / normal.z());
+    s.slope_y = static_cast<float>(-normal.y() / normal.z());
+    s.tilt_variance =
+        static_cast<float>(std::max(0.0, covariance(0, 0) + covariance(1, 1)) / (nz2 * nz2));
+  }
+};
+
+// Where the line y = `at` (x = `at` with Axis 0) meets a closed outline, ascending pairs.
+template <int Axis>
+void crossings(const std::vector<Eigen::Vector2d>& outline, double at, std::vector<double>& out) {
+  out.clear();
+  for (std::size_t k = 0, n = outline.size(); k < n; ++k) {
+    const Eigen::Vector2d &a = outline[k], &b = outline[(k + 1) % n];
+    if ((a[Axis] <= at) == (b[Axis] <= at)) continue;
+    out.push_back(a[1 - Axis] + (b[1 - Axis] - a[1 - Axis]) * (at - a[Axis]) / (b[Axis] - a[Axis]));
+  }
+  std::sort(out.begin(), out.end());
+}
+
+void put_obstacle(const Eigen::Vector2d& xy, double z0, double z1, Canvas& canvas) {
+  const CellIndex c = cell_of(xy, canvas.options.resolution);
+  const int i = c.i - canvas.tile.first.i, j = c.j - canvas.tile.first.j;
+  if (!inside(i, j)) return;
+  canvas.tile.obstacles.push_back(
+      {cell_in(i, j), static_cast<float>(std::min(z0, z1)), static_cast<float>(std::max(z0, z1))});
+}
+
+// A plane holds where its surfels are, or where none are far and wide.
+bool fills(const Support& s, int i, int j, const Canvas& canvas) {
+  const DiscDistance::Nearest disc = canvas.discs.at(i, j);
+  if (disc.distance > canvas.options.plane_ring) return true;
+  const bool same =
+      std::abs(disc.height - s.height) <= static_cast<float>(canvas.options.level_gap);
+  return !same || disc.distance <= canvas.options.plane_gap;
+}
+
+void fill_outline(const std::vector<Eigen::Vector2d>& outline, const Incline& incline,
+                  std::int32_t source, Canvas& canvas) {
+  const double r = canvas.options.resolution;
+  std::vector<double> xs;
+  for (int j = 0; j < kSide; ++j) {
+    crossings<1>(outline, (canvas.tile.first.j + j + 0.5) * r, xs);
+    for (std::size_t k = 0; k + 1 < xs.size(); k += 2) {
+      const double x0 = xs[k] / r - 0.5 - canvas.tile.first.i;
+      const double x1 = xs[k + 1] / r - 0.5 - canvas.tile.first.i;
+      const int i0 = static_cast<int>(std::ceil(std::max(x0, 0.0)));
+      const int i1 = static_cast<int>(std::floor(std::min(x1, kSide - 1.0)));
+      for (int i = i0; i <= i1; ++i) {
+        Support s;
+        incline.fill(canvas.center(i, j) - incline.center.head<2>(), s);
+        if (incline.normal.z() < 0) {
+          canvas.tile.obstacles.push_back({cell_in(i, j), s.height, s.height});
+          continue;
+        }
+        s.cell = cell_in(i, j);
+        s.source = source;
+        s.reach = Support::kPlaneReach;
+        if (fills(s, i, j, canvas)) canvas.supports.push_back(s);
+      }
+    }
+  }
+}
+
+// Undersides narrower than a cell: their border, in half cells.
+void trace_outline(const std::vector<Eigen::Vector3d>& outline, Canvas& canvas) {
+  const double step = canvas.options.resolution / 2;
+  for (std::size_t k = 0, n = outline.size(); k < n; ++k) {
+    const Eigen::Vector3d &a = outline[k], &b = outline[(k + 1) % n];
+    const int pieces = 1 + static_cast<int>((b - a).norm() / step);
+    for (int m = 0; m < pieces; ++m) {
+      const Eigen::Vector3d p = a + (b - a) * (m / static_cast<double>(pieces));
+      put_obstacle(p.head<2>(), p.z(), p.z(), canvas);
+    }
+  }
+}
+
+// Columns half a cell apart along the wall; where it leans, pieces that stay in a cell.
+void draw_wall(const MapPlane& plane, const std::vector<Eigen::Vector3d>& outline, Canvas& canvas) {
+  const Eigen::Vector3d& n = plane.plane_map.normal();
+  const double flat = n.head<2>().norm(), r = canvas.options.resolution;
+  const Eigen::Vector3d along(-n.y() / flat, n.x() / flat, 0);
+  const Eigen::Vector3d up(-n.x() * n.z() / flat, -n.y() * n.z() / flat, flat);
+  std::vector<Eigen::Vector2d> uv;
+  double u0 = 1e300, u1 = -1e300, lean = 0;
+  for (const Eigen::Vector3d& p : outline) {
+    const Eigen::Vector3d d = p - plane.centroid_map;
+    uv.emplace_back(along.dot(d), up.dot(d));
+    u0 = std::min(u0, uv.back().x());
+    u1 = std::max(u1, uv.back().x());
+    lean = std::max(lean, std::abs(uv.back().y() * n.z()));
+  }
+  const Eigen::Vector2d low = canvas.center(0, 0).array() - r / 2 - lean;
+  const Eigen::Vector2d high = canvas.center(kSide - 1, kSide - 1).array() + r / 2 + lean;
+  const int columns = std::max(1, static_cast<int>(std::ceil((u1 - u0) / (r / 2))));
+  std::vector<double> vs;
+  for (int k = 0; k < columns; ++k) {
+    const double u = u0 + (k + 0.5) * (u1 - u0) / columns;
+    const Eigen::Vector3d foot = plane.centroid_map + u * along;
+    if ((foot.head<2>().array() < low.array()).any() ||
+        (foot.head<2>().array() > high.array()).any()) {
+      continue;
+    }
+    crossings<0>(uv, u, vs);
+    for (std::size_t m = 0; m + 1 < vs.size(); m += 2) {
+      const double span = vs[m + 1] - vs[m];
+      const int pieces = 1 + static_cast<int>(span * std::abs(n.z()) / (r / 2));
+      for (int q = 0; q < pieces; ++q) {
+        const Eigen::Vector3d a = foot + (vs[m] + span * q / pieces) * up;
+        const Eigen::Vector3d b = foot + (vs[m] + span * (q + 1) / pieces) * up;
+        put_obstacle(0.5 * (a + b).head<2>(), a.z(), b.z(), canvas);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+DiscDistance::DiscDistance(double resolution, double reach)
+    : resolution_(resolution),
+      margin_(1 + static_cast<int>(std::ceil(reach / resolution))),
+      side_(kSide + 2 * margin_) {
+  distance_.assign(static_cast<std::size_t>(side_ * side_), kFar);
+  height_.assign(distance_.size(), 0.0F);
+}
+
+void DiscDistance::mark(int i, int j, float height) {
+  if (i < -margin_ || j < -margin_ || i >= kSide + margin_ || j >= kSide + margin_) return;
+  const std::size_t k = index(i, j);
+  height_[k] = distance_[k] == 0.0F ? std::max(height_[k], height) : height;
+  distance_[k] = 0;
+}
+
+void DiscDistance::spread() {
+  const auto relax = [this](int i, int j, int di, int dj, float step) {
+    const int u = i + di, v = j + dj;
+    if (u < 0 || v < 0 || u >= side_ || v >= side_) return;
+    const auto to = static_cast<std::size_t>(j * side_ + i);
+    const auto from = static_cast<std::size_t>(v * side_ + u);
+    if (distance_[from] + step < distance_[to]) {
+      distance_[to] = distance_[from] + step;
+      height_[to] = height_[from];
+    }
+  };
+  constexpr float kDiagonal = 1.41421356F;
+  for (const int sign : {1, -1}) {
+    for (int n = 0; n < side_ * side_; ++n) {
+      const int k = sign > 0 ? n : side_ * side_ - 1 - n, i = k % side_, j = k / side_;
+      relax(i, j, -sign, 0, 1);
+      relax(i, j, 0, -sign, 1);
+      relax(i, j, -sign, -sign, kDiagonal);
+      relax(i, j, sign, -sign, kDiagonal);
+    }
+  }
+}
+
+DiscDistance::Nearest DiscDistance::at(int i, int j) const {
+  const std::size_t k = index(i, j);
+  return {static_cast<double>(distance_[k]) * resolution_, height_[k]};
+}
+
+void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas) {
+  const double r = canvas.options.resolution;
+  const double reach = surfel.radius * canvas.options.disc_growth;
+  if (std::abs(surfel.normal.z()) < kSteepCosine) {
+    const double half = surfel.radius * surfel.normal.head<2>().norm();
+    put_obstacle(surfel.center.head<2>(), surfel.center.z() - half, surfel.center.z() + half,
+                 canvas);
+    return;
+  }
+  const Incline incline(surfel.center, surfel.normal, surfel.covariance);
+  const Eigen::Vector2d middle = surfel.center.head<2>();
+  const CellIndex home = cell_of(middle, r), &first = canvas.tile.first;
+  const CellIndex low = cell_of(middle.array() - reach, r),
+                  high = cell_of(middle.array() + reach, r);
+  for (int j = low.j - first.j; j <= high.j - first.j; ++j) {
+    for (int i = low.i - first.i; i <= high.i - first.i; ++i) {
+      const bool is_home = i == home.i - first.i && j == home.j - first.j;
+      Eigen::Vector2d d = canvas.center(i, j) - middle;
+      double distance = std::hypot(d.norm(), incline.rise(d));
+      if (distance > reach && !is_home) continue;
+      // A disc smaller than its cell speaks for it from its own centre.
+      if (distance > reach) d.setZero(), distance = 0;
+      Support s;
+      incline.fill(d, s);
+      canvas.discs.mark(i, j, s.height);
+      if (!inside(i, j)) continue;
+      s.cell = cell_in(i, j);
+      s.source = 2 * index;
+      s.reach = static_cast<float>(surfel.radius > 0 ? distance / surfel.radius : 0.0);
+      canvas.supports.push_back(s);
+    }
+  }
+}
+
+void draw_plane(const MapPlane& plane, std::int32_t index, Canvas& canvas) {
+  const Eigen::Vector3d& n = plane.plane_map.normal();
+  const Incline incline(plane.centroid_map, n, plane.covariance);
+  for (const std::vector<Eigen::Vector3d>& outline : plane.outlines_map) {
+    if (outline.empty()) continue;
+    if (std::abs(n.z()) < kSteepCosine) {
+      draw_wall(plane, outline, canvas);
+      continue;
+    }
+    std::vector<Eigen::Vector2d> flat;
+    for (const Eigen::Vector3d& p : outline) flat.push_back(p.head<2>());
+    fill_outline(flat, incline, 2 * index + 1, canvas);
+    if (n.z() < 0) trace_outline(outline, canvas);
+  }
+}
+
+}  // namespace lamina::raster

@@ -1,0 +1,156 @@
+// One tile of evidence while a map is drawn: internal to the rasterizer.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <lamina/grid/rasterizer.hpp>
+
+namespace lamina::raster {
+
+constexpr int kSide = 32;  ///< cells; small, so that one frame touches little
+constexpr int kCells = kSide * kSide;
+constexpr double kSteepCosine = 0.5;  ///< |n.z| below: a wall, not a floor
+
+/// A surface seen from above, over the centre of a cell.
+struct Support {
+  std::int32_t cell = 0;
+  std::int32_t source = 0;  ///< 2 index of a surfel, 2 index + 1 of a plane
+  float height = 0;         ///< m, map z
+  float variance = 0;       ///< m^2, of the height
+  float slope_x = 0, slope_y = 0;
+  float tilt_variance = 0;  ///< of the slope, any direction
+  float reach = 0;          ///< distance from the disc's centre in radii; planes: kPlaneReach
+
+  static constexpr float kPlaneReach = 1e6F;
+  bool from_plane() const { return reach == kPlaneReach; }
+};
+
+/// Something solid in a cell from one height to another, m, map z.
+struct Obstacle {
+  std::int32_t cell = 0;
+  float low = 0, high = 0;
+};
+
+/// One floor at a cell: what its supports say together.
+struct Level {
+  Support surface;
+  std::int32_t component = 0;  ///< of the tile
+};
+
+enum Flag : std::uint8_t { kRim = 1, kKnowledgeEnd = 2 };
+
+/// What stands at a cell once the robot's floor is known.
+struct Site {
+  float height = 0, variance = 0, slope_x = 0, slope_y = 0, tilt_variance = 0;
+  float reference = 0;  ///< height of the floor the robot would come from
+  float top = 0;        ///< highest thing a robot would touch
+  std::int32_t source = 0;
+  bool supported = false;  ///< there is a surface
+  bool blocked = false;    ///< something solid within the robot's height
+  bool reached = false;    ///< the surface is connected to the path
+  std::uint8_t flags = 0;
+};
+
+/// A link between components of neighbouring tiles.
+struct Link {
+  std::int32_t here = 0, there = 0;
+};
+
+/// The tile's best floor for a kept pose of the path; the least score of all tiles wins.
+struct Vote {
+  std::int32_t pose = 0, component = 0;
+  double score = 0;
+};
+
+struct Tile {
+  CellIndex first;
+  // Evidence that touches the tile, ascending indices.
+  std::vector<std::int32_t> surfels, planes, edges, points, seeds, references;
+  // Drawn.
+  std::vector<Level> levels;                         ///< by cell, then ascending
+  std::array<std::uint16_t, kCells + 1> level_of{};  ///< first level of each cell
+  std::vector<Obstacle> obstacles;                   ///< by cell, then ascending
+  std::array<std::uint8_t, kCells> flags{};
+  std::int32_t components = 0;
+  std::vector<Vote> votes;          ///< of the path, ascending by pose
+  std::vector<char> reached;        ///< of components
+  std::vector<std::int32_t> sizes;  ///< of components, in levels
+  std::vector<Link> right, above;   ///< to the tiles there
+  std::vector<Site> sites;          ///< kCells or none
+
+  // What the update under way has to do.
+  bool redraw = false, reseed = false, rerefer = false, rechoose = false;
+  std::int32_t first_component = 0;  ///< numbers of the tile's components in the whole map
+
+  bool has_evidence() const {
+    return !surfels.empty() || !planes.empty() || !edges.empty() || !points.empty();
+  }
+  std::span<const Level> levels_at(int cell) const {
+    const auto c = static_cast<std::size_t>(cell);
+    return std::span(levels).subspan(level_of[c],
+                                     static_cast<std::size_t>(level_of[c + 1] - level_of[c]));
+  }
+  bool cut(int cell) const { return (flags[static_cast<std::size_t>(cell)] & kRim) != 0; }
+};
+
+inline int cell_in(int i, int j) { return j * kSide + i; }
+
+/// Union-find; the least member is the root.
+class Components {
+ public:
+  explicit Components(std::size_t n) : parent_(n) {
+    for (std::size_t k = 0; k < n; ++k) parent_[k] = static_cast<std::int32_t>(k);
+  }
+  std::int32_t root(std::int32_t k) {
+    while (up(k) != k) {
+      up(k) = up(up(k));
+      k = up(k);
+    }
+    return k;
+  }
+  void join(std::int32_t a, std::int32_t b) {
+    a = root(a), b = root(b);
+    up(std::max(a, b)) = std::min(a, b);
+  }
+
+ private:
+  std::int32_t& up(std::int32_t k) { return parent_[static_cast<std::size_t>(k)]; }
+  std::vector<std::int32_t> parent_;
+};
+
+/// Kept poses of the path: map position of the body.
+struct PathPoint {
+  Eigen::Vector3d position_map = Eigen::Vector3d::Zero();
+};
+
+/// Steps 1: evidence of the tile to levels, obstacles, flags.
+void draw_evidence(const PlanarMap& map, const RasterOptions& options, Tile& tile);
+/// 2: components of its levels ...
+void label_components(const RasterOptions& options, Tile& tile);
+/// ... and which of them lies best under each pose of the path. `path` as for the tile's seeds.
+void find_seeds(const std::vector<PathPoint>& path, const RasterOptions& options, Tile& tile);
+/// May a robot's floor go on from one level to the other? Generous: twice T where noise is large.
+bool connects(const Level& a, const Level& b, const RasterOptions& options);
+/// 3: which level is the robot's, and what blocks. `path` as for the references of the tile;
+/// `fallback`: height of the floor where the path says nothing (NaN: none).
+void choose_sites(const std::vector<PathPoint>& path, float fallback, const RasterOptions& options,
+                  Tile& tile);
+
+/// Sites of a tile and its neighbours by cell relative to the tile; nullptr: nothing there.
+struct Neighbourhood {
+  std::array<const Tile*, 9> tiles{};  ///< row by row from the lower left
+  const Site* at(int i, int j) const {
+    const auto u = static_cast<unsigned>(i + kSide), v = static_cast<unsigned>(j + kSide);
+    const Tile* tile = tiles[v / kSide * 3 + u / kSide];
+    if (tile == nullptr || tile->sites.empty()) return nullptr;
+    return &tile->sites[v % kSide * kSide + u % kSide];
+  }
+};
+/// 4: the layers of one cell of the middle tile.
+NavigabilityCell verdict(const Neighbourhood& around, int i, int j, const RasterOptions& options);
+
+}  // namespace lamina::raster

@@ -1,0 +1,121 @@
+// The layers of one cell, from its site and those around.
+#include <algorithm>
+#include <cmath>
+
+#include <lamina/grid/raster_tile.hpp>
+
+namespace lamina::raster {
+namespace {
+
+constexpr float kSure = 5;          // sigma: beyond, probabilities are 0 or 1
+constexpr float kRounding = 1e-6F;  // m, of heights in float: a step of exactly T is one
+
+float normal_cdf(float z) { return 0.5F * std::erfc(-z * 0.70710678F); }
+
+// Least probability over the neighbours that the step stays within T, and what is not known there.
+struct Steps {
+  float probability = 1;
+  bool complete = true;
+};
+
+// P(|d + e| <= T), e ~ N(0, variance). Cells of one surface share its error: only its tilt is left.
+float step_probability(const Site& a, const Site& b, float distance, float T) {
+  const float d = std::abs(a.height - b.height);
+  const float variance =
+      a.source == b.source ? a.tilt_variance * distance * distance : a.variance + b.variance;
+  const float room = T + kRounding - d;
+  if (room * room >= kSure * kSure * variance) return room >= 0 ? 1.0F : 0.0F;
+  const float sigma = std::sqrt(variance);
+  return normal_cdf(room / sigma) + normal_cdf((T + kRounding + d) / sigma) - 1;
+}
+
+Steps steps(const Neighbourhood& around, const Site& site, int i, int j,
+            const RasterOptions& options) {
+  Steps result;
+  const auto r = static_cast<float>(options.resolution), T = static_cast<float>(options.max_step);
+  for (int dj = -1; dj <= 1; ++dj) {
+    for (int di = -1; di <= 1; ++di) {
+      if (di == 0 && dj == 0) continue;
+      const Site* other = around.at(i + di, j + dj);
+      if (other == nullptr || (!other->supported && !other->blocked)) {
+        result.complete = false;
+        continue;
+      }
+      if (!other->supported) continue;
+      const float distance = r * (di != 0 && dj != 0 ? 1.41421356F : 1.0F);
+      result.probability =
+          std::min(result.probability, step_probability(site, *other, distance, T));
+    }
+  }
+  return result;
+}
+
+float slope_probability(const Site& site, float slope, const RasterOptions& options) {
+  const float room = static_cast<float>(options.max_slope) + kRounding - slope;
+  // d atan(s) = ds cos^2.
+  const float c = std::cos(slope), variance = site.tilt_variance * c * c * c * c;
+  if (room * room >= kSure * kSure * variance) return room >= 0 ? 1.0F : 0.0F;
+  return normal_cdf(room / std::sqrt(variance));
+}
+
+// Floor seen on all sides of an edge, without a step, says that there is none (any more).
+bool refuted(const Neighbourhood& around, int i, int j, const RasterOptions& options) {
+  const Site* site = around.at(i, j);
+  for (int dj = -2; dj <= 2; ++dj) {
+    for (int di = -2; di <= 2; ++di) {
+      const Site* other = around.at(i + di, j + dj);
+      if (other == nullptr || !other->supported ||
+          (other->source % 2 != 0) ||  // a plane's fill saw nothing here itself
+          std::abs(other->height - site->height) > 2 * static_cast<float>(options.max_step)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+float factor(const Site& site, float slope, const RasterOptions& options) {
+  const float rise = (site.height - site.reference) / static_cast<float>(options.robot_height);
+  const auto steep = static_cast<float>(options.steep_slope);
+  const auto least = static_cast<float>(options.steep_factor);
+  if (slope > steep) return 0;
+  return std::clamp(1 - rise, 0.0F, 1.0F) * (1 - (1 - least) * slope / steep);
+}
+
+NavigabilityCell never(NavigabilityCell cell, float confidence) {
+  cell.navigability = 0;
+  cell.confidence = confidence;
+  return cell;
+}
+
+}  // namespace
+
+NavigabilityCell verdict(const Neighbourhood& around, int i, int j, const RasterOptions& options) {
+  NavigabilityCell cell;
+  const Site* site = around.at(i, j);
+  if (site == nullptr) return cell;
+  const auto there = static_cast<float>(options.obstacle_confidence);
+  if (site->supported || site->blocked) cell.height = site->top;
+  const float slope = std::atan(std::hypot(site->slope_x, site->slope_y));
+  if (site->supported) cell.slope = slope;
+  if (site->blocked) return never(cell, there);
+  const bool edge = site->flags != 0 && !(site->supported && refuted(around, i, j, options));
+  if (edge && (site->flags & kRim) != 0) return never(cell, there);
+  if (!site->supported) return cell;
+
+  // Below the floor around and not connected to it: a pit, or stairs that go down.
+  if (!site->reached && site->height < site->reference - static_cast<float>(options.max_step)) {
+    const float depth = site->reference - site->height - static_cast<float>(options.max_step);
+    return never(cell, site->variance > 0 ? normal_cdf(depth / std::sqrt(site->variance)) : 1.0F);
+  }
+  const Steps step = steps(around, *site, i, j, options);
+  const float p = std::min(step.probability, slope_probability(*site, slope, options));
+  const auto sure = static_cast<float>(options.min_probability);
+  if (p <= 1 - sure) return never(cell, 1 - p);
+  if (p < sure || !step.complete || edge) return cell;
+  cell.navigability = factor(*site, slope, options);
+  cell.confidence = p;
+  return cell;
+}
+
+}  // namespace lamina::raster

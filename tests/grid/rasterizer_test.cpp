@@ -1,0 +1,178 @@
+// What a robot may drive on: closed-form terrains against their own truth.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <lamina/grid/rasterizer.hpp>
+#include <lamina/models/error.hpp>
+
+#include "terrain.hpp"
+
+namespace lamina {
+namespace {
+
+TEST(Rasterizer, ALevelFloorIsFreeUpToItsEdge) {
+  PlanarMap map;
+  test::add_path(map, {-2, 0, 0}, {2, 0, 0});
+  test::add_floor(map, {-2, -1}, {2, 1}, [](double, double) { return 0.0; });
+  const NavigabilityGrid grid = rasterize(map);
+  for (double x = -1.875; x < 1.9; x += 0.05) {
+    for (double y = -0.875; y < 0.9; y += 0.05) {
+      const NavigabilityCell cell = test::at(grid, x, y);
+      ASSERT_EQ(cell.navigability, 1.0F) << x << " " << y;
+      EXPECT_EQ(cell.height, 0.0F);
+      EXPECT_EQ(cell.slope, 0.0F);
+      EXPECT_EQ(cell.confidence, 1.0F);
+    }
+    EXPECT_FALSE(test::at(grid, x, 0.975).known()) << "the edge of what was seen";
+    EXPECT_FALSE(test::at(grid, x, 1.2).known());
+  }
+}
+
+TEST(Rasterizer, StepsUpToTAreDrivenHigherOnesBlockBothSides) {
+  for (int mm = 1; mm <= 40; ++mm) {
+    PlanarMap map;
+    test::add_path(map, {-1, 0, 0}, {-0.5, 0, 0});
+    const double step = 0.001 * mm;
+    test::add_floor(map, {-1, -0.5}, {1, 0.5}, [&](double x, double) { return x < 0 ? 0 : step; });
+    const NavigabilityGrid grid = rasterize(map);
+    const bool climbs = mm <= 20;
+    EXPECT_EQ(test::at(grid, -0.025, 0.0).navigability == 1.0F, climbs) << mm;
+    EXPECT_EQ(test::at(grid, 0.025, 0.0).navigability > 0.0F, climbs) << mm;
+    EXPECT_EQ(test::at(grid, -0.125, 0.0).navigability, 1.0F) << mm;
+    EXPECT_NEAR(test::at(grid, 0.5, 0.0).height, step, 1e-6);
+    // A higher floor that is not connected is worth less, as the floor article has it.
+    const float up = climbs ? 1.0F : static_cast<float>(1 - step / 0.75);
+    EXPECT_NEAR(test::at(grid, 0.5, 0.0).navigability, up, 1e-5) << mm;
+  }
+}
+
+TEST(Rasterizer, SlopesLowerTheValueAndSteepOnesBlock) {
+  float last = 1.0F;
+  for (int deg = 0; deg <= 20; ++deg) {
+    const double slope = deg * M_PI / 180;
+    PlanarMap map;
+    test::add_path(map, {0, -0.5, 0}, {0, 0.5, 0});
+    test::add_floor(map, {-1, -0.5}, {1, 0.5},
+                    [&](double x, double) { return x * std::tan(slope); });
+    RasterOptions options;
+    options.max_slope = 10.5 * M_PI / 180;
+    const NavigabilityCell cell = test::at(rasterize(map, options), 0.325, 0.0);
+    EXPECT_NEAR(cell.slope, slope, 1e-6);
+    EXPECT_NEAR(cell.height, 0.325 * std::tan(slope), 1e-6);
+    if (deg <= 10) {
+      EXPECT_NEAR(cell.navigability, 1 - 0.8 * deg / 45.0, 1e-5) << deg;
+    } else {
+      EXPECT_EQ(cell.navigability, 0.0F) << deg;
+    }
+    EXPECT_LE(cell.navigability, last);
+    last = cell.navigability;
+  }
+}
+
+// The verdicts of a rough terrain against the rules written down plainly.
+TEST(Rasterizer, EqualsBruteForceOnRoughTerrain) {
+  const auto height = [](double x, double y) {
+    const int i = static_cast<int>(std::floor(x / 0.1)), j = static_cast<int>(std::floor(y / 0.1));
+    return 0.004 * ((i * 7 + j * 5 + (i * j) % 3 + 1000) % 8);
+  };
+  PlanarMap map;
+  test::add_path(map, {-1, 0, 0}, {1, 0, 0});
+  test::add_floor(map, {-1.5, -1}, {1.5, 1}, height);
+  RasterOptions options;
+  const NavigabilityGrid grid = rasterize(map, options);
+  int free = 0, blocked = 0;
+  for (double x = -1.425; x < 1.4; x += 0.05) {
+    for (double y = -0.925; y < 0.9; y += 0.05) {
+      bool expected = true;
+      for (double dx : {-0.05, 0.0, 0.05}) {
+        for (double dy : {-0.05, 0.0, 0.05}) {
+          expected = expected && std::abs(height(x, y) - height(x + dx, y + dy)) <= 0.02 + 1e-9;
+        }
+      }
+      const float value = test::at(grid, x, y).navigability;
+      ASSERT_EQ(value > 0, expected) << x << " " << y;
+      ++(expected ? free : blocked);
+    }
+  }
+  EXPECT_GT(free, 100);
+  EXPECT_GT(blocked, 100);
+}
+
+TEST(Rasterizer, UncertainStepsAreNeitherFreeNorBlocked) {
+  const auto middle = [](double sigma) {
+    PlanarMap map;
+    test::add_path(map, {-1, 0, 0}, {1, 0, 0});
+    test::add_floor(
+        map, {-1, -0.5}, {1, 0.5}, [](double, double) { return 0.0; }, sigma);
+    return test::at(rasterize(map), 0.025, 0.025);
+  };
+  // P(|e| <= 20 mm) with e of sigma sqrt(2) s: 0.995 at 5 mm, 0.76 at 12 mm.
+  EXPECT_EQ(middle(0.005).navigability, 1.0F);
+  EXPECT_NEAR(middle(0.005).confidence, std::erf(0.02 / (0.005 * 2)), 1e-4);
+  EXPECT_FALSE(middle(0.012).known());
+  EXPECT_NEAR(middle(0.012).height, 0.0, 1e-6) << "the height stays";
+}
+
+TEST(Rasterizer, WallsBlockOverhangsAboveTheRobotDoNot) {
+  for (const double bottom : {0.0, 0.5, 0.74, 0.8, 2.0}) {
+    PlanarMap map;
+    test::add_path(map, {-1, 0, 0}, {1, 0, 0});
+    test::add_floor(map, {-1, -1}, {1, 1}, [](double, double) { return 0.0; });
+    test::add_wall(map, {0.525, -1}, {0.525, 1}, bottom, 2.5);
+    const NavigabilityGrid grid = rasterize(map);
+    const NavigabilityCell cell = test::at(grid, 0.525, 0.0);
+    EXPECT_EQ(cell.navigability, bottom < 0.75 ? 0.0F : 1.0F) << bottom;
+    EXPECT_NEAR(cell.height, bottom < 0.75 ? 0.75 : 0.0, 1e-6);
+    EXPECT_EQ(test::at(grid, 0.425, 0.0).navigability, 1.0F);
+  }
+}
+
+TEST(Rasterizer, CeilingsAreAboveTableTopsAreNot) {
+  PlanarMap map;
+  test::add_path(map, {-1, 0, 0}, {1, 0, 0});
+  test::add_floor(map, {-1, -1}, {1, 1}, [](double, double) { return 0.0; });
+  test::add_plate(map, {-1, -1}, {1, 1}, 2.4, false);
+  test::add_plate(map, {0.3, 0.3}, {0.7, 0.7}, 0.6, false);
+  const NavigabilityGrid grid = rasterize(map);
+  EXPECT_EQ(test::at(grid, 0.0, 0.0).navigability, 1.0F);
+  EXPECT_EQ(test::at(grid, 0.525, 0.525).navigability, 0.0F);
+}
+
+TEST(Rasterizer, OneLoosePointIsNoiseTwoAreAnObstacle) {
+  PlanarMap map;
+  test::add_path(map, {-1, 0, 0}, {1, 0, 0});
+  test::add_floor(map, {-1, -1}, {1, 1}, [](double, double) { return 0.0; });
+  map.loose_points = {{0.325, 0.325, 0.3},
+                      {-0.325, 0.325, 0.3},
+                      {-0.33, 0.32, 0.35},
+                      {0.325, -0.325, 1.3},
+                      {0.33, -0.33, 1.3}};
+  const NavigabilityGrid grid = rasterize(map);
+  EXPECT_EQ(test::at(grid, 0.325, 0.325).navigability, 1.0F);
+  EXPECT_EQ(test::at(grid, -0.325, 0.325).navigability, 0.0F);
+  EXPECT_NEAR(test::at(grid, -0.325, 0.325).height, 0.35, 1e-6);
+  EXPECT_EQ(test::at(grid, 0.325, -0.325).navigability, 1.0F) << "above the robot";
+}
+
+TEST(Rasterizer, NamesSettingsThatCannotBe) {
+  RasterOptions options;
+  options.resolution = 0;
+  options.min_probability = 1.5;
+  EXPECT_EQ(options.problems().size(), 2u);
+  EXPECT_THROW(Rasterizer{options}, Error);
+  EXPECT_TRUE(RasterOptions{}.problems().empty());
+}
+
+TEST(Rasterizer, NothingInNothingOut) {
+  EXPECT_TRUE(rasterize(PlanarMap{}).empty());
+  PlanarMap map;
+  map.surfels.push_back({{NAN, 0, 0}, {0, 0, 1}, 0.05, Eigen::Matrix3d::Zero(), -1, -1});
+  map.surfels.push_back({{1e300, 0, 0}, {0, 0, 1}, 0.05, Eigen::Matrix3d::Zero(), -1, -1});
+  map.loose_points.emplace_back(0, NAN, 0);
+  map.planes.emplace_back();
+  EXPECT_TRUE(rasterize(map).empty());
+}
+
+}  // namespace
+}  // namespace lamina
