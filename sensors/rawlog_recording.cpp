@@ -11,6 +11,7 @@
 #include <mrpt/obs/CObservationStereoImages.h>
 #include <mrpt/obs/CRawlog.h>
 #include <mrpt/serialization/CArchive.h>
+#include <zlib.h>
 
 #include <deque>
 #include <set>
@@ -74,6 +75,21 @@ std::optional<SE3> movement(const obs::CActionCollection& actions) {
   return std::nullopt;
 }
 
+// False when a gzip file is cut short: its beginning is good. Throws when it is damaged within:
+// MRPT would believe the sizes it unpacks there and crash.
+bool is_whole(const std::string& file) {
+  gzFile in = gzopen(file.c_str(), "rb");
+  if (!in) throw input_error(file, "", "a file that cannot be opened", "an MRPT rawlog");
+  std::vector<char> buffer(1 << 16);
+  int count = 0;
+  while ((count = gzread(in, buffer.data(), static_cast<unsigned>(buffer.size()))) > 0) continue;
+  const int code = gzclose(in);
+  if (count < 0 && code != Z_BUF_ERROR) {
+    throw input_error(file, "", "damaged gzip data", "an MRPT rawlog whose checksum is right");
+  }
+  return count == 0 && code == Z_OK;
+}
+
 // The objects of a rawlog one after another; a whole CRawlog object is unpacked.
 class ObjectStream {
  public:
@@ -116,7 +132,7 @@ class ObjectStream {
 class RawlogRecording final : public Recording {
  public:
   RawlogRecording(const std::filesystem::path& file, const RecordingOptions& options)
-      : name_(file.string()), stream_(name_) {
+      : name_(file.string()), whole_(is_whole(name_)), stream_(name_) {
     if (options.calibration) given_ = read_calibration(*options.calibration);
     if (given_) calibration_ = *given_;
     first_pass();
@@ -130,7 +146,7 @@ class RawlogRecording final : public Recording {
       if (!object) {
         done_ = true;
         buffer_.finish();
-        if (stream_.damaged()) skips_.add("damaged end of file");
+        if (!whole_ || stream_.damaged()) skips_.add("damaged end of file");
       } else if (const auto frame = std::dynamic_pointer_cast<obs::CSensoryFrame>(object)) {
         for (const auto& observation : *frame) convert(observation);
       } else if (const auto single = std::dynamic_pointer_cast<obs::CObservation>(object)) {
@@ -151,6 +167,7 @@ class RawlogRecording final : public Recording {
   void push_frame(Measurement frame);
 
   std::string name_;
+  bool whole_;
   ObjectStream stream_;
   std::optional<Calibration> given_;
   Calibration calibration_;

@@ -325,7 +325,15 @@ void BagRecording::convert_depth(bag::Message& message, Timestamp stamp) {
 
 std::unique_ptr<Recording> open_rosbag(const std::filesystem::path& file,
                                        const RecordingOptions& options) {
-  return std::make_unique<BagRecording>(file, options);
+  try {
+    return std::make_unique<BagRecording>(file, options);
+  } catch (const Error&) {
+    throw;
+  } catch (const std::runtime_error& error) {  // the library's, about a damaged index
+    const std::string why = error.what();
+    throw input_error(file.string(), "", "a damaged bag (" + why.substr(0, why.find('\n')) + ")",
+                      "a ROS 1 bag, version 2.0, indexed");
+  }
 }
 
 }  // namespace lamina

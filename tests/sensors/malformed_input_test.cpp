@@ -5,6 +5,7 @@
 #include <lamina/sensors/pcd_header.hpp>
 #include <lamina/sensors/png_image.hpp>
 #include <lamina/sensors/recording.hpp>
+#include <lamina/sensors/text.hpp>
 
 #include "temporary_folder.hpp"
 
@@ -234,6 +235,31 @@ TEST(Malformed, BinaryFilesOfNoKind) {
     EXPECT_EQ(message.find(folder.file(name) + ": found "), 0u) << message;
     EXPECT_EQ(message.find('\n'), std::string::npos) << message;
   }
+}
+
+std::string mrpt_log(const std::string& name) { return "/usr/share/mrpt/datasets/" + name; }
+
+TEST(Malformed, RawlogCutShortGivesItsBeginning) {
+  const std::string whole = mrpt_log("2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog");
+  if (!std::filesystem::exists(whole)) GTEST_SKIP() << whole << " is not here";
+  const TemporaryFolder folder;
+  folder.write("cut.rawlog", read_file_bytes(whole).substr(0, 100000));
+  const Result result = read_all(folder.file("cut.rawlog"));
+  EXPECT_GT(result.stamps.size(), 100u);
+  EXPECT_LT(result.stamps.size(), 225u);
+  EXPECT_EQ(result.skipped, (Skips{{"damaged end of file", 1}}));
+}
+
+TEST(Malformed, RawlogDamagedWithinIsRefused) {
+  const std::string whole = mrpt_log("tests_rgbd.rawlog");
+  if (!std::filesystem::exists(whole)) GTEST_SKIP() << whole << " is not here";
+  const TemporaryFolder folder;
+  std::string bytes = read_file_bytes(whole);
+  for (std::size_t i = 1000; i < bytes.size(); i += 50000) bytes[i] ^= 0x55;
+  folder.write("damaged.rawlog", bytes);
+  EXPECT_EQ(message_of([&] { open_recording(folder.file("damaged.rawlog")); }),
+            folder.file("damaged.rawlog") +
+                ": found damaged gzip data, expected an MRPT rawlog whose checksum is right");
 }
 
 TEST(Malformed, CloudHeaders) {

@@ -6,6 +6,7 @@
 #include <lamina/models/error.hpp>
 #include <lamina/sensors/png_image.hpp>
 #include <lamina/sensors/recording.hpp>
+#include <lamina/sensors/text.hpp>
 
 #if LAMINA_TEST_OPENNI
 #include "oni_writer.hpp"
@@ -130,6 +131,33 @@ TEST(RoundTrip, BagHasScansOdometryAndMountings) {
     ++scans;
   }
   EXPECT_EQ(scans, DepthMode().frames);
+}
+
+TEST(RoundTrip, DamagedBags) {
+  const TemporaryFolder folder;
+  test::write_simulated_bag(folder.file("whole.bag"), false);
+  const std::string bytes = read_file_bytes(folder.file("whole.bag"));
+  folder.write("cut.bag", bytes.substr(0, bytes.size() / 2));
+  try {
+    open_recording(folder.file("cut.bag"));
+    FAIL() << "a bag without an index was accepted";
+  } catch (const Error& error) {
+    const std::string start = folder.file("cut.bag") + ": found no readable bag (";
+    EXPECT_EQ(std::string(error.what()).substr(0, start.size()), start);
+  }
+  // Damage anywhere gives an error or fewer messages, never a crash.
+  for (std::size_t at = 20; at < bytes.size(); at += bytes.size() / 97) {
+    std::string damaged = bytes;
+    for (std::size_t i = at; i < std::min(at + 4, bytes.size()); ++i) damaged[i] = '\xff';
+    folder.write("damaged.bag", damaged);
+    int frames = 0;
+    try {
+      const auto recording = open_recording(folder.file("damaged.bag"));
+      while (const auto m = recording->next()) frames += std::holds_alternative<DepthFrame>(*m);
+    } catch (const Error&) {
+    }
+    EXPECT_LE(frames, DepthMode().frames) << "byte " << at;
+  }
 }
 
 TEST(RoundTrip, BagTopicsAreOverridden) {
