@@ -2,22 +2,26 @@
 // alike.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <optional>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include <lamina/backend/association.hpp>
+#include <lamina/backend/boundaries.hpp>
 #include <lamina/backend/graph.hpp>
 #include <lamina/backend/mapper_options.hpp>
 #include <lamina/backend/plane_index.hpp>
+#include <lamina/backend/refiner.hpp>
+#include <lamina/backend/plane_evidence.hpp>
 #include <lamina/backend/sliding_window.hpp>
+#include <lamina/backend/surfel_estimator.hpp>
 #include <lamina/frontend/observation.hpp>
 #include <lamina/models/planar_map.hpp>
 
 namespace lamina {
-
-struct RefinerOptions;  // refiner.hpp
-struct RefineResult;
 
 /// What one call of Mapper::add did.
 struct AddResult {
@@ -31,6 +35,13 @@ struct AddResult {
   bool loop_closed = false;            ///< old planes were recognised: refine() pays off
   std::optional<WindowReport> window;  ///< of keyframes
   double associate_ms = 0, window_ms = 0;
+};
+
+/// What undo_merge() needs.
+struct MergeRecord {
+  PlaneLandmark landmark;
+  std::vector<PlaneMomentsFactor> factors;
+  std::vector<OutlinePiece> outlines;
 };
 
 class Mapper {
@@ -48,7 +59,12 @@ class Mapper {
 
   /// Refines the whole graph and makes outlines and frames anew from it; the window goes on from
   /// there.
-  RefineResult refine(const RefinerOptions& options);
+  RefineResult refine(const RefineOptions& options = {},
+                      const std::function<bool(const RefineProgress&)>& progress = {});
+
+  /// Takes a merge back: `from` is a plane of its own again with the evidence it had. False when it
+  /// was not merged. What the window's prior has taken in stays with the other plane.
+  bool undo_merge(PlaneId from);
 
   SE3 current_pose() const;             ///< T_map_body at the last add()
   Matrix6d current_covariance() const;  ///< in its right tangent
@@ -63,14 +79,71 @@ class Mapper {
  private:
   struct Frame {
     Timestamp stamp;
-    KeyframeId keyframe;
+    KeyframeId keyframe = KeyframeId::kNone;
     SE3 T_keyframe_body;
   };
+  // The body relative to its keyframe, with covariance in the right tangent.
+  struct Relative {
+    SE3 T_keyframe_body;
+    Matrix6d covariance = Matrix6d::Zero();
+    void advance(const SE3& T_prev_body, const Matrix6d& covariance_increment);
+  };
+  // A plane that has not shown itself often enough yet.
+  struct Tentative {
+    PlaneLandmark landmark;
+    std::map<KeyframeId, PlaneEvidence> evidence;
+    KeyframeId last = KeyframeId::kNone;
+  };
+  struct Step;  // one call of add()
+
+  // One step of add() each, in this order.
+  void predict(Step& step) const;
+  void associate_all(Step& step);
+  bool wants_keyframe(const Step& step) const;
+  void start_keyframe(Step& step);
+  void gather(Step& step);
+  void localize(Step& step);
+  void solve_window(Step& step);
+  void tidy(Step& step);
+
+  std::vector<AssociationCandidate> candidates(const PlaneEvidence& evidence, const SE3& T_map_body);
+  std::vector<AssociationCandidate> tentative_candidates(const SE3& T_map_body) const;
+  Eigen::Matrix<double, 9, 9> relative_covariance(PlaneId id) const;
+  void add_to_plane(PlaneId id, const PlaneEvidence& evidence_keyframe, Timestamp stamp);
+  void add_to_tentative(std::size_t index, const PlaneEvidence& evidence_keyframe, Timestamp stamp);
+  void refit(Tentative& tentative) const;
+  std::optional<PlaneId> promote(Tentative& tentative);
+  void ensure_in_window(PlaneId id);
+  Moments factor_moments(const PlaneEvidence& evidence) const;
+  std::vector<std::pair<PlaneId, PlaneId>> merge_coplanar();
+  bool recognise();
+  void close_loop(const SE3& T_old_new, const std::vector<std::pair<PlaneId, PlaneId>>& pairs);
+  void remember_merge(PlaneId from);
+  void absorb(PlaneId from, PlaneId into);
+  void retire(KeyframeId id);
+  MapPlane map_plane(const PlaneLandmark& plane) const;
 
   MapperOptions options_;
   Graph graph_;
   SlidingWindow window_;
+  PlaneIndex index_;
   std::vector<Frame> frames_;
+  std::map<KeyframeId, SE3> left_window_;     // T_map_body as each keyframe left
+  KeyframeId keyframe_ = KeyframeId::kNone;   // the present one
+  Relative odometry_;                         // by odometry alone: what factors may use
+  Relative estimate_;                         // with what this frame saw
+  Matrix6d keyframe_covariance_ = Matrix6d::Identity();
+  // What the present keyframe saw of planes, its body frame, undiscounted: the noise floor counts
+  // once however many frames join.
+  std::map<PlaneId, PlaneEvidence> gathered_;
+  std::map<PlaneId, Eigen::Matrix<double, 9, 9>> joint_;  // with the present keyframe's pose
+  std::vector<Tentative> tentatives_;
+  std::map<PlaneId, std::vector<OutlinePiece>> outlines_;
+  std::set<PlaneId> partial_;                 // seen by segments alone
+  std::map<PlaneId, MergeRecord> merges_;     // by the plane that went
+  SurfelEvidence surfels_;
+  std::map<KeyframeId, std::vector<Eigen::Vector3d>> loose_body_;
+  std::int64_t keyframes_made_ = 0;
 };
 
 }  // namespace lamina

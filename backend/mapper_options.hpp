@@ -6,6 +6,7 @@
 
 #include <lamina/backend/association.hpp>
 #include <lamina/backend/place_recognition.hpp>
+#include <lamina/backend/plane_labels.hpp>
 #include <lamina/backend/sliding_window.hpp>
 
 namespace lamina {
@@ -37,8 +38,6 @@ struct MapperOptions {
   /// Planes of the map that turn out to be one are merged when they agree within the association's
   /// gates and their outlines are near.
   bool merge_planes = true;
-  /// A plane whose evidence does not fit one plane (chi-squared per degree above this) is split.
-  double split_chi_squared = 12;
 
   // ---- outlines and surfels
   double outline_cell_m = 0.1;
@@ -46,12 +45,7 @@ struct MapperOptions {
   double surfel_parent_sigma_m = 0.01;  ///< height off the parent plane, robust
   double surfel_parent_slope_deg = 3;
 
-  // ---- labels, from refined geometry in the map frame (z up)
-  double level_tilt_deg = 5;   ///< horizontal within this
-  double max_ramp_deg = 30;    ///< steeper is no ramp
-  double wall_tilt_deg = 15;   ///< vertical within this
-  double same_level_m = 0.03;  ///< horizontal planes this close to the floor's level are floor
-  double max_step_m = 0.35;    ///< horizontal, above the floor by at most this: a step
+  LabelOptions labels;
 
   /// Keyframes seen from nowhere new (an older one within this, same planes) are taken out when
   /// they leave the window, so that laps of one building do not grow the graph. 0: never.

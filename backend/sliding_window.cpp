@@ -221,7 +221,8 @@ double huber(double chi_squared, double weight) {
 
 }  // namespace
 
-double SlidingWindow::build(bool with_jacobians) {
+// With `reweighted` false the robust weights are left out of the equations, not of the cost.
+double SlidingWindow::build(bool with_jacobians, bool reweighted) {
   if (with_jacobians) {
     system_.reset(static_cast<int>(poses_.size()), static_cast<int>(planes_.size()));
   }
@@ -285,7 +286,7 @@ double SlidingWindow::build(bool with_jacobians) {
     cost += huber(chi, weight);
     if (!with_jacobians) continue;
     jacobians(s, at(pose), at(plane), plane.anchor, J_pose, J_plane);
-    const double root = std::sqrt(weight);
+    const double root = reweighted ? std::sqrt(weight) : 1.0;
     system_.add_pose_plane(a, b, root * J_pose, root * J_plane, root * r);
   }
   return cost;
@@ -332,7 +333,9 @@ void SlidingWindow::apply(const Eigen::VectorXd& d) {
 
 WindowReport SlidingWindow::solve() {
   WindowReport report;
-  double cost = build(true), lambda = 0;
+  // Before the first step a new keyframe is where odometry put it, and good sightings look like
+  // outliers: their weights count from the second step on, or each step would undo a part only.
+  double cost = build(true, false), lambda = 0;
   report.residuals =
       static_cast<int>(prior_.r.size() + 6 * betweens_.size() + 6 * singles_.size() +
                        2 * gravity_.size() + 3 * holds_.size() + 4 * sightings_.size());

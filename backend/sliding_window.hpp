@@ -32,9 +32,10 @@ struct WindowOptions {
   /// Huber's bound on the chi-squared of one plane observation (3 degrees of freedom at 99.9 %).
   double robust_chi_squared = 16.3;
   /// A plane that comes back after it left is tied to its old estimate with its covariance times
-  /// this. Its errors and those of the poses are correlated by an amount nobody kept; 2 is
-  /// covariance intersection with equal shares, which is never overconfident [Julier1997].
-  double return_inflation = 2.0;
+  /// this. Planes that left together share the drift of their time, and return together: taken as
+  /// independent they would count as many as they are. Covariance intersection with equal shares
+  /// [Julier1997] divides by their number; 50 returning planes are a large room.
+  double return_inflation = 50.0;
 
   /// One line for each setting that cannot be.
   std::vector<std::string> problems() const;
@@ -76,7 +77,7 @@ class SlidingWindow {
   void add_plane(PlaneId id, const Plane& plane_anchor, const Eigen::Vector3d& anchor_map,
                  const std::optional<Eigen::Matrix3d>& covariance = std::nullopt);
   /// Information on a plane's tilt (rad) and distance (m), as 1-sigma about its present estimate:
-  /// holds directions that no measurement sees. An axis given as `free_axis_map` gets none.
+  /// holds directions that no measurement sees.
   bool add_weak_prior(PlaneId id, double sigma_tilt, double sigma_rho);
   bool add(const PriorFactor& factor);
   bool add(const OdometryFactor& factor);
@@ -87,6 +88,12 @@ class SlidingWindow {
   bool set(const PlaneMomentsFactor& factor);
   /// Gives the observations of `from` in the window to `into`, which must be in it.
   bool merge_planes(PlaneId from, PlaneId into);
+
+  /// The plane goes by another id from now on (it was recognised). False when `from` is not in the
+  /// window or `into` is.
+  bool rename_plane(PlaneId from, PlaneId into);
+  /// The same plane about another anchor; the prior's columns follow exactly.
+  bool set_anchor(PlaneId id, const Eigen::Vector3d& anchor_map);
 
   // ---- estimation
 
@@ -111,6 +118,10 @@ class SlidingWindow {
   /// Of the newest pose (6) and one plane (3), joint, at the last solve(). nullopt: not solved yet
   /// with that plane in it.
   std::optional<Eigen::Matrix<double, 9, 9>> joint_covariance(PlaneId id) const;
+  /// The same for several planes at a cost of one solution for the pose and a small one a plane;
+  /// planes that are not in the window are left out.
+  std::vector<std::pair<PlaneId, Eigen::Matrix<double, 9, 9>>> joint_covariances(
+      const std::vector<PlaneId>& ids) const;
   /// Of every state of the window, poses then planes (tangents of pose() and plane_anchor()).
   Eigen::MatrixXd covariance() const;
   /// What marginalised states left behind, in the graph's terms.
@@ -188,7 +199,7 @@ class SlidingWindow {
                         const Eigen::Vector3d& anchor, Eigen::Matrix<double, 4, 6>& J_pose,
                         Eigen::Matrix<double, 4, 3>& J_plane);
   double robust_weight(double chi_squared) const;
-  double build(bool with_jacobians);
+  double build(bool with_jacobians, bool reweighted = true);
   Eigen::VectorXd prior_step() const;
   std::vector<int> prior_columns() const;
   void apply(const Eigen::VectorXd& d);

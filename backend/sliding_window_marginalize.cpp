@@ -220,6 +220,50 @@ void SlidingWindow::move(const SE3& T) {
   for (auto& plane : prior_.planes_at) turn(plane);
 }
 
+bool SlidingWindow::rename_plane(PlaneId from, PlaneId into) {
+  if (find(from) < 0 || find(into) >= 0) return false;
+  const auto rename = [from, into](PlaneId& id) {
+    if (id == from) id = into;
+  };
+  for (auto& plane : planes_) rename(plane.id);
+  for (auto& hold : holds_) rename(hold.id);
+  for (auto& sighting : sightings_) rename(sighting.plane);
+  for (auto& id : prior_.planes) rename(id);
+  return true;
+}
+
+bool SlidingWindow::set_anchor(PlaneId id, const Eigen::Vector3d& anchor_map) {
+  const int at = find(id);
+  if (at < 0 || !anchor_map.allFinite()) return false;
+  Landmark& plane = planes_[static_cast<std::size_t>(at)];
+  const Eigen::Vector3d shift = anchor_map - plane.anchor;
+  // rho_new = rho - n.shift, so a step (tilt, rho_new) is (tilt, rho_new + shift^T B tilt) here.
+  const auto old_from_new = [&shift](const Chart& chart) {
+    Eigen::Matrix3d M = Eigen::Matrix3d::Identity();
+    M.bottomLeftCorner<1, 2>() = shift.transpose() * chart.basis;
+    return M;
+  };
+  const auto move_chart = [&shift](Chart& chart) { chart.rho -= chart.normal.dot(shift); };
+  for (auto& hold : holds_) {
+    if (hold.id != id) continue;
+    hold.S = (hold.S * old_from_new(hold.at)).eval();
+    move_chart(hold.at);
+  }
+  for (std::size_t i = 0; i < prior_.planes.size(); ++i) {
+    if (prior_.planes[i] != id) continue;
+    const auto column = static_cast<Eigen::Index>(6 * prior_.poses.size() + 3 * i);
+    prior_.R.middleCols<3>(column) =
+        (prior_.R.middleCols<3>(column) * old_from_new(prior_.planes_at[i])).eval();
+    prior_.H = prior_.R.transpose() * prior_.R;
+    move_chart(prior_.planes_at[i]);
+  }
+  move_chart(plane.now);
+  move_chart(plane.first);
+  plane.anchor = anchor_map;
+  solved_ = false;
+  return true;
+}
+
 // ------------------------------------------------------------------------------- estimates
 
 SE3 SlidingWindow::pose(KeyframeId id) const {
@@ -288,6 +332,29 @@ std::optional<Eigen::Matrix<double, 9, 9>> SlidingWindow::joint_covariance(Plane
   Eigen::Matrix<double, 9, 9> J = Eigen::Matrix<double, 9, 9>::Identity();
   J.bottomRightCorner<3, 3>() = to_plane_tangent(chart.normal, chart.basis);
   return J * (0.5 * (C + C.transpose())) * J.transpose();
+}
+
+std::vector<std::pair<PlaneId, Eigen::Matrix<double, 9, 9>>> SlidingWindow::joint_covariances(
+    const std::vector<PlaneId>& ids) const {
+  std::vector<std::pair<PlaneId, Eigen::Matrix<double, 9, 9>>> result;
+  if (!solved_ || poses_.empty()) return result;
+  const int a = 6 * (static_cast<int>(poses_.size()) - 1);
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(system_.columns(), 6);
+  unit.middleRows<6>(a).setIdentity();
+  const Eigen::MatrixXd X = system_.solve(unit);
+  for (const PlaneId id : ids) {
+    const int plane = find(id);
+    if (plane < 0) continue;
+    const Chart& chart = planes_[static_cast<std::size_t>(plane)].now;
+    const Eigen::Matrix3d J = to_plane_tangent(chart.normal, chart.basis);
+    Eigen::Matrix<double, 9, 9> C;
+    C.topLeftCorner<6, 6>() = X.middleRows<6>(a);
+    C.bottomLeftCorner<3, 6>() = J * X.middleRows<3>(system_.plane_column(plane));
+    C.topRightCorner<6, 3>() = C.bottomLeftCorner<3, 6>().transpose();
+    C.bottomRightCorner<3, 3>() = J * system_.plane_block(plane) * J.transpose();
+    result.emplace_back(id, 0.5 * (C + C.transpose()));
+  }
+  return result;
 }
 
 Eigen::MatrixXd SlidingWindow::covariance() const {

@@ -182,6 +182,16 @@ Eigen::MatrixXd WindowSystem::solve(Eigen::MatrixXd B) const {
   return B;
 }
 
+Eigen::Matrix3d WindowSystem::plane_block(int plane) const {
+  // Only the rows from the plane's own on are touched by forward substitution.
+  const Eigen::Index at = 3 * plane, rest = 3 * planes_ - at;
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(rest, 3);
+  unit.topRows<3>().setIdentity();
+  const auto lower = C_factor_.bottomRightCorner(rest, rest).triangularView<Eigen::Lower>();
+  lower.solveInPlace(unit);
+  return unit.transpose() * unit;
+}
+
 Eigen::VectorXd WindowSystem::step() const { return solve(-g_); }
 
 }  // namespace lamina

@@ -45,6 +45,10 @@ class WindowSystem {
   /// H^-1 B for any number of right-hand sides; needs factor().
   Eigen::MatrixXd solve(Eigen::MatrixXd B) const;
 
+  /// The 3x3 block of H^-1 of one plane; needs factor(). Planes come last in the factor: nothing of
+  /// the poses is touched.
+  Eigen::Matrix3d plane_block(int plane) const;
+
  private:
   double& pose_entry(int row, int column) {
     return band_[static_cast<std::size_t>(row) * width_ + static_cast<std::size_t>(column)];

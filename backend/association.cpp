@@ -1,0 +1,174 @@
+// Gates, in the order in which they are cheap.
+#include <lamina/backend/association.hpp>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include <lamina/models/linalg.hpp>
+
+namespace lamina {
+
+std::vector<std::string> AssociationOptions::problems() const {
+  std::vector<std::string> result;
+  const auto positive = [&result](double value, const char* name) {
+    if (!(value > 0)) result.push_back(std::string(name) + ": expected more than 0");
+  };
+  positive(gate_full, "association.gate_full");
+  positive(gate_partial, "association.gate_partial");
+  positive(max_angle_deg, "association.max_angle_deg");
+  positive(max_distance_m, "association.max_distance_m");
+  positive(surface_sigma_m, "association.surface_sigma_m");
+  positive(surface_sigma_deg, "association.surface_sigma_deg");
+  positive(max_gap_m, "association.max_gap_m");
+  if (!(ambiguous_chi_squared >= 0)) {
+    result.emplace_back("association.ambiguous_chi_squared: expected 0 or more");
+  }
+  return result;
+}
+
+const char* to_string(AssociationReason reason) {
+  switch (reason) {
+    case AssociationReason::kMatched: return "matched";
+    case AssociationReason::kNoCandidate: return "no candidate";
+    case AssociationReason::kOtherSide: return "other side";
+    case AssociationReason::kAngle: return "angle";
+    case AssociationReason::kDistance: return "distance";
+    case AssociationReason::kChiSquared: return "chi-squared";
+    case AssociationReason::kAmbiguous: return "ambiguous";
+    case AssociationReason::kTooWeak: return "too weak";
+  }
+  return "unknown";
+}
+
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+
+// The candidate in the body frame: normal and distance of the evidence's centroid from it.
+struct Predicted {
+  Eigen::Vector3d normal_body;
+  double distance = 0;  // signed, of the centroid
+};
+
+Predicted predict(const PlaneEvidence& evidence, const SE3& T,
+                  const AssociationCandidate& candidate) {
+  const Eigen::Vector3d x = T * evidence.moments_body.mean() - candidate.anchor_map;
+  return {T.so3().inverse() * candidate.plane_anchor.normal(),
+          candidate.plane_anchor.signed_distance(x)};
+}
+
+// Angle between what was seen and what was predicted: of planes, or of their lines in the scan.
+double angle_off(const PlaneEvidence& evidence, const Eigen::Vector3d& normal_body) {
+  Eigen::Vector3d n = normal_body;
+  if (evidence.partial) {
+    n -= n.dot(evidence.scan_normal_body) * evidence.scan_normal_body;
+    // A plane nearly parallel to the scan has no line in it.
+    if (n.norm() < 0.1) return M_PI / 2;
+    n.normalize();
+  }
+  return std::atan2(n.cross(evidence.plane_body.normal()).norm(),
+                    n.dot(evidence.plane_body.normal()));
+}
+
+NoiseFloor surface_floor(const PlaneEvidence& evidence, const AssociationOptions& options) {
+  return {std::hypot(evidence.floor.sigma_rho, options.surface_sigma_m),
+          std::hypot(evidence.floor.sigma_tilt, options.surface_sigma_deg * kDegree)};
+}
+
+}  // namespace
+
+double innovation_chi_squared(const PlaneEvidence& evidence, const SE3& T,
+                              const AssociationCandidate& candidate,
+                              const AssociationOptions& options) {
+  const Moments m = evidence.moments_body.discounted(evidence.plane_body.normal(),
+                                                     surface_floor(evidence, options));
+  const SymmetricEigen<3> eigen = symmetric_eigen(m.scatter());
+  const Eigen::Matrix3d A = eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() *
+                            eigen.vectors.transpose();
+  const double w = std::sqrt(std::max(0.0, m.weight()));
+  const Eigen::Matrix3d Rt = T.so3().matrix().transpose();
+  const Predicted predicted = predict(evidence, T, candidate);
+  const Eigen::Vector3d& n = predicted.normal_body;
+  Eigen::Vector4d r;
+  r << A * n, w * predicted.distance;
+  const Eigen::Matrix3d turn = SO3::hat(n);
+  const Matrix32d RtB = Rt * candidate.plane_anchor.tangent_basis();
+  const Eigen::Vector3d arm = T * m.mean() - candidate.anchor_map;
+  Eigen::Matrix<double, 4, 9> J = Eigen::Matrix<double, 4, 9>::Zero();
+  J.block<3, 3>(0, 3) = A * turn;
+  J.block<1, 3>(3, 0) = w * n.transpose();
+  J.block<1, 3>(3, 3) = w * (m.mean().transpose() * turn);
+  J.block<3, 2>(0, 6) = A * RtB;
+  J.block<1, 2>(3, 6) = w * (arm.transpose() * candidate.plane_anchor.tangent_basis());
+  J(3, 8) = -w;
+  const Eigen::Matrix4d S = Eigen::Matrix4d::Identity() + J * candidate.covariance * J.transpose();
+  const Eigen::LLT<Eigen::Matrix4d> llt(S);
+  if (llt.info() != Eigen::Success) return std::numeric_limits<double>::infinity();
+  const Eigen::Vector4d e = llt.matrixL().solve(r);
+  return e.allFinite() ? e.squaredNorm() : std::numeric_limits<double>::infinity();
+}
+
+AssociationDecision associate(const PlaneEvidence& evidence, const SE3& T,
+                              std::span<const AssociationCandidate> candidates,
+                              const AssociationOptions& options) {
+  AssociationDecision best;
+  best.degrees = evidence.partial ? 2 : 3;
+  best.chi_squared = std::numeric_limits<double>::infinity();
+  if (!(evidence.moments_body.weight() > 0) || !evidence.moments_body.mean().allFinite() ||
+      !evidence.moments_body.scatter().allFinite()) {
+    best.reason = AssociationReason::kTooWeak;
+    return best;
+  }
+  const double gate = evidence.partial ? options.gate_partial : options.gate_full;
+  const AssociationCandidate* first = nullptr;
+  const AssociationCandidate* second = nullptr;
+  double second_chi = std::numeric_limits<double>::infinity();
+  // The nearest miss gives the reason: later gates are nearer to a match.
+  const auto miss = [&best, &first](AssociationReason reason) {
+    if (!first && static_cast<int>(reason) > static_cast<int>(best.reason)) best.reason = reason;
+  };
+  for (const auto& candidate : candidates) {
+    const Predicted predicted = predict(evidence, T, candidate);
+    const double off = angle_off(evidence, predicted.normal_body);
+    if (off > M_PI / 2) {
+      miss(AssociationReason::kOtherSide);
+      continue;
+    }
+    if (off > options.max_angle_deg * kDegree) {
+      miss(AssociationReason::kAngle);
+      continue;
+    }
+    if (!(std::abs(predicted.distance) <= options.max_distance_m)) {
+      miss(AssociationReason::kDistance);
+      continue;
+    }
+    const double chi = innovation_chi_squared(evidence, T, candidate, options);
+    if (!(chi <= gate)) {
+      miss(AssociationReason::kChiSquared);
+      continue;
+    }
+    if (chi < best.chi_squared) {
+      second = first;
+      second_chi = best.chi_squared;
+      first = &candidate;
+      best.chi_squared = chi;
+    } else if (chi < second_chi) {
+      second = &candidate;
+      second_chi = chi;
+    }
+  }
+  if (!first) return best;
+  best.plane = first->id;
+  best.reason = AssociationReason::kMatched;
+  if (second && second_chi - best.chi_squared < options.ambiguous_chi_squared) {
+    const double apart = std::abs(predict(evidence, T, *first).distance -
+                                  predict(evidence, T, *second).distance);
+    if (apart > 0.1 * options.max_distance_m) {
+      best.plane = PlaneId::kNone;
+      best.reason = AssociationReason::kAmbiguous;
+    }
+  }
+  return best;
+}
+
+}  // namespace lamina

@@ -1,0 +1,395 @@
+// Mapper::add and its steps.
+#include <lamina/backend/mapper.hpp>
+
+#include <Eigen/Cholesky>
+#include <chrono>
+#include <cmath>
+
+#include <lamina/backend/mapper_step.hpp>
+#include <lamina/models/error.hpp>
+
+namespace lamina {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+// The first keyframe defines the map: held to a tenth of a millimetre.
+constexpr double kHeldSigma = 1e-4;
+
+double milliseconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+      .count();
+}
+
+bool usable(const SE3& T) {
+  return T.translation().allFinite() && T.so3().quaternion().coeffs().allFinite();
+}
+
+}  // namespace
+
+AddResult Mapper::add(const Observations& observations, const SE3& T_prev_body,
+                      const Matrix6d& increment_covariance) {
+  Step step{observations, usable(T_prev_body) ? T_prev_body : SE3(), increment_covariance};
+  const auto begin = std::chrono::steady_clock::now();
+  predict(step);         // where odometry says the body is
+  associate_all(step);   // which known planes these observations are of
+  const bool starts = wants_keyframe(step);
+  if (starts) start_keyframe(step);
+  gather(step);          // evidence joins planes, new ones form
+  step.result.associate_ms = milliseconds_since(begin);
+  const auto middle = std::chrono::steady_clock::now();
+  if (starts) {
+    solve_window(step);  // estimate, then marginalise what is beyond the lag
+    tidy(step);          // merge what is one plane, recognise old ones
+    step.result.window_ms = milliseconds_since(middle);
+  } else {
+    localize(step);      // between keyframes the planes hold still
+  }
+  frames_.push_back({observations.stamp, keyframe_, estimate_.T_keyframe_body});
+  step.result.keyframe = keyframe_;
+  step.result.is_keyframe = starts;
+  step.result.T_map_body = current_pose();
+  return step.result;
+}
+
+Mapper::Mapper(const MapperOptions& options)
+    : options_(options),
+      window_(options.window),
+      index_(options.association.max_gap_m),
+      surfels_(options.surfel_cell_m) {
+  const auto problems = options.problems();
+  if (!problems.empty()) throw Error(problems.front());
+}
+
+void Mapper::Relative::advance(const SE3& T_prev_body, const Matrix6d& increment) {
+  const Matrix6d A = T_prev_body.inverse().adjoint();
+  T_keyframe_body = T_keyframe_body * T_prev_body;
+  covariance = A * covariance * A.transpose() + increment;
+}
+
+void Mapper::predict(Step& step) const {
+  step.evidence = make_evidence(step.observations);
+  step.odometry = odometry_;
+  step.estimate = estimate_;
+  if (keyframe_ == KeyframeId::kNone) {
+    step.T_map_body = step.T_prev_body;
+    return;
+  }
+  // A covariance that is none must not poison the window: odometry that knows nothing.
+  const Eigen::LLT<Matrix6d> llt(step.increment_covariance);
+  if (!step.increment_covariance.allFinite() || llt.info() != Eigen::Success) {
+    step.increment_covariance = Matrix6d::Identity();
+  }
+  step.odometry.advance(step.T_prev_body, step.increment_covariance);
+  step.estimate.advance(step.T_prev_body, step.increment_covariance);
+  step.T_map_body = graph_.at(keyframe_).T_map_body * step.estimate.T_keyframe_body;
+}
+
+// ------------------------------------------------------------------------- association
+
+Eigen::Matrix<double, 9, 9> Mapper::relative_covariance(PlaneId id) const {
+  const auto known = joint_.find(id);
+  if (known != joint_.end()) return known->second;
+  // Not in the window at its last solution: what is known of both apart.
+  Eigen::Matrix<double, 9, 9> C = Eigen::Matrix<double, 9, 9>::Zero();
+  C.topLeftCorner<6, 6>() = keyframe_covariance_;
+  const PlaneLandmark& plane = graph_.at(id);
+  if (window_.contains(id)) {
+    C.topLeftCorner<6, 6>().setZero();  // new: it started from this keyframe
+    C.bottomRightCorner<3, 3>().diagonal() << 1e-4, 1e-4, 1e-4;
+  } else if (plane.covariance) {
+    C.bottomRightCorner<3, 3>() = *plane.covariance;
+  }
+  return C;
+}
+
+namespace {
+
+// From the keyframe's pose and the plane to the body's pose and the plane.
+Eigen::Matrix<double, 9, 9> carried(const Eigen::Matrix<double, 9, 9>& joint,
+                                    const SE3& T_keyframe_body, const Matrix6d& relative) {
+  Eigen::Matrix<double, 9, 9> A = Eigen::Matrix<double, 9, 9>::Identity();
+  A.topLeftCorner<6, 6>() = T_keyframe_body.inverse().adjoint();
+  Eigen::Matrix<double, 9, 9> C = A * joint * A.transpose();
+  C.topLeftCorner<6, 6>() += relative;
+  return C;
+}
+
+}  // namespace
+
+std::vector<AssociationCandidate> Mapper::candidates(const PlaneEvidence& evidence,
+                                                     const SE3& T_map_body) {
+  std::vector<AssociationCandidate> result;
+  std::vector<Eigen::Vector3d> points;
+  for (const auto& p : sample_outline(evidence.outline_body, index_.cell())) {
+    points.push_back(T_map_body * p);
+  }
+  if (evidence.moments_body.mean().allFinite()) {
+    points.push_back(T_map_body * evidence.moments_body.mean());
+  }
+  for (const PlaneId id : index_.near(points)) {
+    const PlaneLandmark& plane = graph_.at(id);
+    if (!plane.active) continue;
+    result.push_back({id, plane.plane_anchor, plane.anchor_map, relative_covariance(id)});
+  }
+  return result;
+}
+
+std::vector<AssociationCandidate> Mapper::tentative_candidates(const SE3&) const {
+  std::vector<AssociationCandidate> result;
+  for (std::size_t i = 0; i < tentatives_.size(); ++i) {
+    const PlaneLandmark& plane = tentatives_[i].landmark;
+    Eigen::Matrix<double, 9, 9> C = Eigen::Matrix<double, 9, 9>::Zero();
+    if (plane.covariance) C.bottomRightCorner<3, 3>() = *plane.covariance;
+    result.push_back({static_cast<PlaneId>(i), plane.plane_anchor, plane.anchor_map, C});
+  }
+  return result;
+}
+
+void Mapper::associate_all(Step& step) {
+  const auto tentative = tentative_candidates(step.T_map_body);
+  for (const auto& evidence : step.evidence) {
+    auto near = candidates(evidence, step.T_map_body);
+    // Planes that left the window are taken back one by one only where the prediction is sure
+    // enough to tell neighbours apart; otherwise by several at once (recognise()).
+    std::erase_if(near, [&](const AssociationCandidate& c) {
+      if (window_.contains(c.id)) return false;
+      const double sigma = std::sqrt(c.covariance.topLeftCorner<3, 3>().diagonal().maxCoeff() +
+                                     c.covariance(8, 8));
+      return !(sigma < 0.2 * options_.association.max_distance_m);
+    });
+    for (auto& c : near) {
+      c.covariance = carried(c.covariance, step.estimate.T_keyframe_body, step.estimate.covariance);
+    }
+    AssociationDecision decision =
+        associate(evidence, step.T_map_body, near, options_.association);
+    std::optional<std::size_t> forming;
+    if (decision.plane == PlaneId::kNone && decision.reason != AssociationReason::kTooWeak &&
+        decision.reason != AssociationReason::kAmbiguous) {
+      auto young = tentative;
+      for (auto& c : young) {
+        c.covariance =
+            carried(c.covariance, step.estimate.T_keyframe_body, step.estimate.covariance);
+      }
+      const auto match = associate(evidence, step.T_map_body, young, options_.association);
+      if (match.plane != PlaneId::kNone) forming = static_cast<std::size_t>(match.plane);
+    }
+    step.result.decisions.push_back(decision);
+    step.tentative.push_back(forming);
+  }
+}
+
+// --------------------------------------------------------------------------- keyframes
+
+bool Mapper::wants_keyframe(const Step& step) const {
+  if (keyframe_ == KeyframeId::kNone) return true;
+  const SE3& T = step.odometry.T_keyframe_body;
+  const double moved = std::max(T.translation().norm() / options_.keyframe_distance_m,
+                                T.so3().log().norm() / (options_.keyframe_angle_deg * kDegree));
+  if (moved >= 1) return true;
+  if (moved < 0.25 || step.evidence.empty()) return false;
+  std::size_t unknown = 0;
+  for (std::size_t i = 0; i < step.evidence.size(); ++i) {
+    const bool found = step.result.decisions[i].plane != PlaneId::kNone || step.tentative[i];
+    unknown += found ? 0 : 1;
+  }
+  return static_cast<double>(unknown) >=
+         options_.keyframe_new_share * static_cast<double>(step.evidence.size());
+}
+
+void Mapper::start_keyframe(Step& step) {
+  const KeyframeId before = keyframe_;
+  keyframe_ = graph_.add_keyframe(step.observations.stamp, step.T_map_body);
+  window_.add_keyframe(keyframe_, step.observations.stamp, step.T_map_body);
+  ++keyframes_made_;
+  if (before == KeyframeId::kNone) {
+    graph_.at(keyframe_).fixed = true;
+    window_.add(PriorFactor{keyframe_, step.T_map_body, Matrix6d::Identity() / kHeldSigma});
+  } else {
+    const Eigen::LLT<Matrix6d> llt(step.odometry.covariance);
+    const Matrix6d S = llt.matrixL().solve(Matrix6d::Identity());
+    const OdometryFactor factor{before, keyframe_, step.odometry.T_keyframe_body, S};
+    graph_.odometry.push_back(factor);
+    window_.add(factor);
+  }
+  // From here the body is at its keyframe; the last solution's uncertainties stay with the last
+  // keyframe until the next solution, a moment from now.
+  odometry_ = estimate_ = Relative();
+  gathered_.clear();
+  step.odometry = step.estimate = Relative();
+}
+
+// ----------------------------------------------------------------------------- evidence
+
+void Mapper::gather(Step& step) {
+  odometry_ = step.odometry;
+  estimate_ = step.estimate;
+  const SE3& T = odometry_.T_keyframe_body;
+  const Timestamp stamp = step.observations.stamp;
+  for (std::size_t i = 0; i < step.evidence.size(); ++i) {
+    const AssociationDecision& decision = step.result.decisions[i];
+    if (decision.reason == AssociationReason::kTooWeak ||
+        decision.reason == AssociationReason::kAmbiguous) {
+      continue;
+    }
+    const PlaneEvidence evidence = moved(step.evidence[i], T, odometry_.covariance);
+    if (decision.plane != PlaneId::kNone) {
+      add_to_plane(decision.plane, evidence, stamp);
+    } else if (step.tentative[i]) {
+      add_to_tentative(*step.tentative[i], evidence, stamp);
+    } else {
+      tentatives_.emplace_back();
+      add_to_tentative(tentatives_.size() - 1, evidence, stamp);
+    }
+  }
+  for (auto& tentative : tentatives_) {
+    if (tentative.landmark.observations < options_.min_observations) continue;
+    if (const auto id = promote(tentative)) step.result.new_planes.push_back(*id);
+  }
+  std::erase_if(tentatives_, [this](const Tentative& t) {
+    const auto age = static_cast<std::int64_t>(keyframe_) - static_cast<std::int64_t>(t.last);
+    return t.evidence.empty() || age > options_.forget_keyframes;
+  });
+  for (const auto& patch : step.observations.floor_patches) {
+    // Its own plane takes the noise floor; a patch too thin for a plane says nothing of a surfel.
+    const auto fit = patch.moments_sensor.fit_plane(Eigen::Vector3d::Zero(), 1.0);
+    if (!fit) continue;
+    const Moments m = patch.moments_sensor.discounted(fit->plane.normal(), patch.floor);
+    surfels_.add(keyframe_, m.transformed(T * step.observations.T_body_sensor));
+  }
+  if (step.result.is_keyframe || !loose_body_.count(keyframe_)) {
+    auto& loose = loose_body_[keyframe_];
+    for (const auto& p : step.observations.obstacle_points_body) {
+      if (p.allFinite()) loose.push_back(T * p);
+    }
+  }
+}
+
+Moments Mapper::factor_moments(const PlaneEvidence& e) const {
+  NoiseFloor floor = e.floor;
+  floor.sigma_rho = std::hypot(floor.sigma_rho, options_.association.surface_sigma_m);
+  floor.sigma_tilt = std::hypot(floor.sigma_tilt, options_.association.surface_sigma_deg * kDegree);
+  return e.moments_body.discounted(e.plane_body.normal(), floor);
+}
+
+void Mapper::add_to_plane(PlaneId id, const PlaneEvidence& evidence, Timestamp stamp) {
+  ensure_in_window(id);
+  PlaneLandmark& plane = graph_.at(id);
+  auto known = gathered_.find(id);
+  if (known == gathered_.end()) {
+    known = gathered_.emplace(id, evidence).first;
+    graph_.plane_moments.push_back({keyframe_, id, {}, ExtrinsicsId::kNone, 1.0});
+    // One outline a keyframe: more of the same view adds nothing.
+    std::vector<Eigen::Vector3d> points;
+    const SE3& T = graph_.at(keyframe_).T_map_body;
+    for (const auto& p : evidence.outline_body) points.push_back(T * p);
+    grow_outline(plane, points);
+    outlines_[id].push_back({keyframe_, evidence.outline_body});
+    index_.insert(id, sample_outline(points, index_.cell()));
+  } else {
+    known->second.join(evidence);
+  }
+  const auto factor = std::find_if(
+      graph_.plane_moments.rbegin(), graph_.plane_moments.rend(),
+      [&](const PlaneMomentsFactor& f) { return f.keyframe == keyframe_ && f.plane == id; });
+  LAMINA_CHECK(factor != graph_.plane_moments.rend());
+  factor->moments_body = factor_moments(known->second);
+  window_.set(*factor);
+  ++plane.observations;
+  plane.last_seen = std::max(plane.last_seen, stamp);
+  plane.votes.floor += evidence.votes.floor;
+  plane.votes.sub_dominant += evidence.votes.sub_dominant;
+  plane.votes.obstacle += evidence.votes.obstacle;
+  if (!evidence.partial) partial_.erase(id);
+}
+
+void Mapper::ensure_in_window(PlaneId id) {
+  if (window_.contains(id)) return;
+  const PlaneLandmark& plane = graph_.at(id);
+  window_.add_plane(id, plane.plane_anchor, plane.anchor_map, plane.covariance);
+  if (partial_.count(id)) {
+    window_.add_weak_prior(id, options_.prior_tilt_deg * kDegree, options_.prior_distance_m);
+  }
+}
+
+// --------------------------------------------------------------------------- estimation
+
+// The body's pose relative to its keyframe, planes held: prior from odometry, planes as seen.
+void Mapper::localize(Step& step) {
+  const SE3 T_map_keyframe = graph_.at(keyframe_).T_map_body;
+  const SE3 predicted = estimate_.T_keyframe_body;
+  const Eigen::LLT<Matrix6d> llt(estimate_.covariance);
+  if (llt.info() != Eigen::Success) return;
+  const Matrix6d prior = llt.solve(Matrix6d::Identity());
+  SE3 T = predicted;
+  Matrix6d H = prior;
+  for (int round = 0; round < 2; ++round) {
+    const Vector6d off = (predicted.inverse() * T).log();
+    H = prior;
+    Vector6d g = prior * off;
+    for (std::size_t i = 0; i < step.evidence.size(); ++i) {
+      const PlaneId id = step.result.decisions[i].plane;
+      if (id == PlaneId::kNone) continue;
+      const PlaneLandmark& plane = graph_.at(id);
+      const Moments m = factor_moments(step.evidence[i]);
+      const SE3 T_map_body = T_map_keyframe * T;
+      const Eigen::Vector3d n = T_map_body.so3().inverse() * plane.plane_anchor.normal();
+      const double d = plane.plane_anchor.signed_distance(T_map_body * m.mean() - plane.anchor_map);
+      const Eigen::Matrix3d turn = SO3::hat(n);
+      Vector6d along;
+      along << n, m.mean().cross(n);
+      Matrix6d information = m.weight() * along * along.transpose();
+      information.bottomRightCorner<3, 3>() += turn.transpose() * m.scatter() * turn;
+      Vector6d gradient = m.weight() * d * along;
+      gradient.tail<3>() += turn.transpose() * (m.scatter() * n);
+      const double chi = m.weight() * d * d + n.dot(m.scatter() * n);
+      const double bound = options_.window.robust_chi_squared;
+      const double weight = chi <= bound ? 1.0 : std::sqrt(bound / chi);
+      H += weight * information;
+      g += weight * gradient;
+    }
+    const Vector6d delta = H.llt().solve(-g);
+    if (!delta.allFinite()) return;
+    T = T * SE3::exp(delta);
+  }
+  estimate_.T_keyframe_body = T;
+  estimate_.covariance = H.llt().solve(Matrix6d::Identity());
+}
+
+void Mapper::solve_window(Step& step) {
+  const WindowReport report = window_.solve();
+  step.result.window = report;
+  if (!report.finite) return;
+  for (const KeyframeId id : window_.keyframes()) graph_.at(id).T_map_body = window_.pose(id);
+  for (const PlaneId id : window_.planes()) {
+    graph_.at(id).set_plane_anchor(window_.plane_anchor(id));
+  }
+  keyframe_covariance_ = window_.newest_covariance();
+  joint_.clear();
+  for (const auto& [id, C] : window_.joint_covariances(window_.planes())) joint_.emplace(id, C);
+}
+
+void Mapper::tidy(Step& step) {
+  if (options_.merge_planes) step.result.merged = merge_coplanar();
+  const WindowDepartures gone = window_.marginalize();
+  for (const auto& plane : gone.planes) {
+    if (plane.covariance.allFinite()) graph_.at(plane.id).covariance = plane.covariance;
+    joint_.erase(plane.id);
+  }
+  for (const auto& pose : gone.poses) left_window_[pose.id] = pose.T_map_body;
+  if (options_.place.enabled && keyframes_made_ % options_.place.every_keyframes == 0) {
+    step.result.loop_closed = recognise();
+  }
+  for (const auto& pose : gone.poses) retire(pose.id);
+}
+
+SE3 Mapper::current_pose() const {
+  if (keyframe_ == KeyframeId::kNone) return SE3();
+  return graph_.at(keyframe_).T_map_body * estimate_.T_keyframe_body;
+}
+
+Matrix6d Mapper::current_covariance() const {
+  const Matrix6d A = estimate_.T_keyframe_body.inverse().adjoint();
+  return A * keyframe_covariance_ * A.transpose() + estimate_.covariance;
+}
+
+}  // namespace lamina

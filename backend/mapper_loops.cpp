@@ -1,0 +1,179 @@
+// Places met again, motions told from outside, refinement, and keyframes that are not needed.
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include <lamina/backend/mapper.hpp>
+#include <lamina/backend/mapper_step.hpp>
+
+namespace lamina {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+
+RecognitionPlane recognition_plane(const PlaneLandmark& plane, const Eigen::Matrix3d& covariance) {
+  RecognitionPlane result;
+  result.id = plane.id;
+  result.plane_map = plane.plane_map();
+  result.middle_map = outline_centroid_map(plane);
+  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
+  J.bottomLeftCorner<1, 2>() = -(result.middle_map - plane.anchor_map).transpose() *
+                               plane.plane_anchor.tangent_basis();
+  result.covariance = J * covariance * J.transpose();
+  // Drift that all planes share is the motion that is looked for; what is left is local.
+  const double limit = 0.1 * 0.1;
+  result.covariance *= std::min(1.0, limit / std::max(1e-12, result.covariance(2, 2)));
+  return result;
+}
+
+}  // namespace
+
+bool Mapper::recognise() {
+  std::vector<RecognitionPlane> fresh, old;
+  for (const auto& [id, evidence] : gathered_) {
+    const auto joint = joint_.find(id);
+    const PlaneLandmark& plane = graph_.at(id);
+    if (joint == joint_.end() || !plane.active) continue;
+    fresh.push_back(recognition_plane(plane, joint->second.bottomRightCorner<3, 3>()));
+  }
+  if (fresh.size() < static_cast<std::size_t>(options_.place.min_planes)) return false;
+  for (const auto& plane : graph_.planes) {
+    if (!plane.active || window_.contains(plane.id) || !plane.covariance) continue;
+    old.push_back(recognition_plane(plane, *plane.covariance));
+  }
+  const Eigen::Vector3d body = graph_.at(keyframe_).T_map_body.translation();
+  const double sigma = std::sqrt(keyframe_covariance_.topLeftCorner<3, 3>().trace());
+  const auto match = recognise_place(fresh, old, index_, body, 0.5 + 3 * sigma, options_.place);
+  if (!match) return false;
+  close_loop(match->T_old_new, match->pairs);
+  return true;
+}
+
+// The window goes on in the old part of the map; the refiner spreads the difference over the path.
+void Mapper::close_loop(const SE3& T_old_new,
+                        const std::vector<std::pair<PlaneId, PlaneId>>& pairs) {
+  window_.move(T_old_new);
+  for (const auto& [fresh, old] : pairs) {
+    if (!graph_.at(fresh).active || !graph_.at(old).active) continue;
+    if (window_.contains(old)) {
+      window_.merge_planes(fresh, old);  // two new planes are one old plane
+    } else {
+      window_.rename_plane(fresh, old);
+    }
+    absorb(fresh, old);
+  }
+  for (const KeyframeId id : window_.keyframes()) graph_.at(id).T_map_body = window_.pose(id);
+  for (const PlaneId id : window_.planes()) {
+    PlaneLandmark& plane = graph_.at(id);
+    window_.set_anchor(id, plane.anchor_map);
+    plane.set_plane_anchor(window_.plane_anchor(id));
+    // Seen in the window only: its outline moves along. Others are made anew by refine().
+    std::vector<Eigen::Vector3d> points;
+    for (const auto& piece : outlines_[id]) {
+      const Keyframe* keyframe = graph_.find(piece.keyframe);
+      if (!keyframe) continue;
+      for (const auto& p : piece.points_body) points.push_back(keyframe->T_map_body * p);
+    }
+    remake_outline(plane, outlines_[id], graph_, options_.outline_cell_m);
+    index_.insert(id, points);
+  }
+  for (auto& tentative : tentatives_) refit(tentative);
+  joint_.clear();
+}
+
+bool Mapper::add_loop(KeyframeId from, KeyframeId to, const SE3& T_from_to,
+                      const Matrix6d& covariance) {
+  if (from == to || !graph_.find(from) || !graph_.find(to)) return false;
+  const Eigen::LLT<Matrix6d> llt(covariance);
+  if (!covariance.allFinite() || llt.info() != Eigen::Success) return false;
+  if (!T_from_to.translation().allFinite()) return false;
+  const Matrix6d S = llt.matrixL().solve(Matrix6d::Identity());
+  const LoopFactor factor{from, to, T_from_to, S, 1.0};
+  graph_.loops.push_back(factor);
+  window_.add(factor);  // where both ends are in it
+  return true;
+}
+
+RefineResult Mapper::refine(const RefineOptions& options,
+                            const std::function<bool(const RefineProgress&)>& progress) {
+  const SE3 before = keyframe_ == KeyframeId::kNone ? SE3() : graph_.at(keyframe_).T_map_body;
+  RefineResult result = lamina::refine(graph_, options, progress);
+  index_.clear();
+  for (auto& plane : graph_.planes) {
+    if (!plane.active) continue;
+    remake_outline(plane, outlines_[plane.id], graph_, options_.outline_cell_m);
+    for (const auto& piece : outlines_[plane.id]) {
+      const Keyframe* keyframe = graph_.find(piece.keyframe);
+      if (!keyframe) continue;
+      std::vector<Eigen::Vector3d> points;
+      for (const auto& p : piece.points_body) points.push_back(keyframe->T_map_body * p);
+      index_.insert(plane.id, sample_outline(points, index_.cell()));
+    }
+  }
+  if (keyframe_ == KeyframeId::kNone) return result;
+  // The window follows as one body: its prior says nothing about where it is, only how it hangs
+  // together.
+  window_.move(graph_.at(keyframe_).T_map_body * before.inverse());
+  for (const PlaneId id : window_.planes()) window_.set_anchor(id, graph_.at(id).anchor_map);
+  for (auto& tentative : tentatives_) refit(tentative);
+  return result;
+}
+
+// A keyframe beyond the window that an older one can stand in for goes: its planes are seen from
+// there, its frames and floor hang on the older one, odometry is chained past it.
+void Mapper::retire(KeyframeId id) {
+  const Keyframe* keyframe = graph_.find(id);
+  if (!keyframe || keyframe->fixed || options_.reuse_distance_m <= 0) return;
+  const Keyframe* stand_in = nullptr;
+  double nearest = options_.reuse_distance_m;
+  for (const Keyframe& other : graph_.keyframes) {
+    if (other.id >= id) break;
+    if (window_.contains(other.id)) continue;
+    const SE3 between = other.T_map_body.inverse() * keyframe->T_map_body;
+    const double off = between.translation().norm();
+    if (off >= nearest || between.so3().log().norm() > options_.reuse_angle_deg * kDegree) continue;
+    nearest = off;
+    stand_in = &other;
+  }
+  if (!stand_in) return;
+  std::set<PlaneId> there, here;
+  for (const auto& f : graph_.plane_moments) {
+    if (f.keyframe == id) here.insert(f.plane);
+    if (f.keyframe == stand_in->id) there.insert(f.plane);
+  }
+  if (!std::includes(there.begin(), there.end(), here.begin(), here.end())) return;
+  for (const auto& loop : graph_.loops) {
+    if (loop.from == id || loop.to == id) return;
+  }
+  const OdometryFactor *in = nullptr, *out = nullptr;
+  for (const auto& f : graph_.odometry) {
+    if (f.to == id) in = &f;
+    if (f.from == id) out = &f;
+  }
+  if (!in || !out) return;
+  const auto covariance = [](const Matrix6d& S) {
+    return Matrix6d((S.transpose() * S).ldlt().solve(Matrix6d::Identity()));
+  };
+  const Matrix6d A = out->T_from_to.inverse().adjoint();
+  const Matrix6d C = A * covariance(in->sqrt_information) * A.transpose() +
+                     covariance(out->sqrt_information);
+  const Eigen::LLT<Matrix6d> llt(C);
+  if (llt.info() != Eigen::Success) return;
+  const Matrix6d S = llt.matrixL().solve(Matrix6d::Identity());
+  const OdometryFactor chained{in->from, out->to, in->T_from_to * out->T_from_to, S};
+  const SE3 T_stand_gone = stand_in->T_map_body.inverse() * keyframe->T_map_body;
+  const KeyframeId into = stand_in->id;
+  for (auto& frame : frames_) {
+    if (frame.keyframe != id) continue;
+    frame.keyframe = into;
+    frame.T_keyframe_body = T_stand_gone * frame.T_keyframe_body;
+  }
+  surfels_.hand_over(id, into, T_stand_gone);
+  loose_body_.erase(id);
+  for (auto& [plane, pieces] : outlines_) {
+    std::erase_if(pieces, [id](const OutlinePiece& p) { return p.keyframe == id; });
+  }
+  graph_.remove(id);
+  graph_.odometry.push_back(chained);
+}
+
+}  // namespace lamina

@@ -1,0 +1,131 @@
+// The map and the paths, by present estimates.
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include <lamina/backend/mapper.hpp>
+#include <lamina/models/linalg.hpp>
+
+namespace lamina {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+
+void append(std::vector<std::string>& all, const std::vector<std::string>& more) {
+  all.insert(all.end(), more.begin(), more.end());
+}
+
+}  // namespace
+
+std::vector<std::string> MapperOptions::problems() const {
+  std::vector<std::string> result;
+  append(result, window.problems());
+  append(result, association.problems());
+  append(result, place.problems());
+  append(result, labels.problems());
+  const auto positive = [&result](double value, const char* name) {
+    if (!(value > 0)) result.push_back(std::string("mapper.") + name + ": expected more than 0");
+  };
+  positive(keyframe_distance_m, "keyframe_distance_m");
+  positive(keyframe_angle_deg, "keyframe_angle_deg");
+  positive(keyframe_new_share, "keyframe_new_share");
+  positive(min_observations, "min_observations");
+  positive(forget_keyframes, "forget_keyframes");
+  positive(prior_tilt_deg, "prior_tilt_deg");
+  positive(prior_distance_m, "prior_distance_m");
+  positive(unobserved_share, "unobserved_share");
+  positive(outline_cell_m, "outline_cell_m");
+  positive(surfel_cell_m, "surfel_cell_m");
+  positive(surfel_parent_sigma_m, "surfel_parent_sigma_m");
+  positive(surfel_parent_slope_deg, "surfel_parent_slope_deg");
+  return result;
+}
+
+MapPlane Mapper::map_plane(const PlaneLandmark& plane) const {
+  MapPlane result;
+  result.id = static_cast<std::int64_t>(plane.id);
+  result.plane_map = plane.plane_map();
+  result.centroid_map = result.plane_map.project(outline_centroid_map(plane));
+  result.outlines_map = outlines_map(plane);
+  result.area = plane.outline.area();
+  result.observations = plane.observations;
+  result.first_seen = plane.first_seen;
+  result.last_seen = plane.last_seen;
+  // What its own evidence says of it, poses given; and how much of that is there at all.
+  const Eigen::Matrix3d R_tangent = [&] {
+    Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
+    J.bottomLeftCorner<1, 2>() = -(result.centroid_map - plane.anchor_map).transpose() *
+                                 plane.plane_anchor.tangent_basis();
+    return J;
+  }();
+  const double tilt = 1 / (options_.prior_tilt_deg * kDegree), rho = 1 / options_.prior_distance_m;
+  const Eigen::Vector3d prior(tilt, tilt, rho);
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  const Matrix32d B = plane.plane_anchor.tangent_basis();
+  for (const auto& f : graph_.plane_moments) {
+    if (f.plane != plane.id) continue;
+    const Keyframe* keyframe = graph_.find(f.keyframe);
+    if (!keyframe) continue;
+    const Moments m = f.moments_body.transformed(keyframe->T_map_body);
+    H.topLeftCorner<2, 2>() += f.weight * (B.transpose() * m.scatter() * B);
+    Eigen::Vector3d along;
+    along << B.transpose() * (m.mean() - plane.anchor_map), -1;
+    H += f.weight * m.weight() * along * along.transpose();
+  }
+  const Eigen::Vector3d scale = prior.cwiseInverse();
+  const Eigen::Matrix3d relative = scale.asDiagonal() * H * scale.asDiagonal();
+  const SymmetricEigen<3> eigen = symmetric_eigen(relative);
+  // sigma / sigma of the prior = 1 / sqrt(1 + information in units of the prior's).
+  const double least = 1 / (options_.unobserved_share * options_.unobserved_share) - 1;
+  for (int k = 0; k < 3; ++k) result.unobserved_directions += eigen.values(k) < least ? 1 : 0;
+  H.diagonal() += prior.cwiseAbs2();
+  Eigen::Matrix3d C = H.llt().solve(Eigen::Matrix3d::Identity());
+  const auto joint = joint_.find(plane.id);
+  if (joint != joint_.end()) {
+    C = joint->second.bottomRightCorner<3, 3>();
+  } else if (plane.covariance) {
+    C = *plane.covariance;
+  }
+  result.covariance = R_tangent * C * R_tangent.transpose();
+  return result;
+}
+
+PlanarMap Mapper::map() const {
+  PlanarMap map;
+  map.trajectory = trajectory();
+  for (const auto& plane : graph_.planes) {
+    if (plane.active) map.planes.push_back(map_plane(plane));
+  }
+  label_planes(map.planes, map.trajectory, options_.labels);
+  SurfelOptions options;
+  options.cell_m = options_.surfel_cell_m;
+  options.parent_sigma_m = options_.surfel_parent_sigma_m;
+  options.parent_slope = std::tan(options_.surfel_parent_slope_deg * kDegree);
+  const SurfelFloor floor = surfels_.solve(graph_, options);
+  for (const auto& [key, cell] : floor.cells()) map.surfels.push_back(floor.surfel(key));
+  for (const auto& [id, points] : loose_body_) {
+    const Keyframe* keyframe = graph_.find(id);
+    if (!keyframe) continue;
+    for (const auto& p : points) map.loose_points.push_back(keyframe->T_map_body * p);
+  }
+  return map;
+}
+
+Trajectory Mapper::trajectory() const {
+  Trajectory path;
+  for (const auto& frame : frames_) {
+    path.add(frame.stamp, graph_.at(frame.keyframe).T_map_body * frame.T_keyframe_body);
+  }
+  return path;
+}
+
+Trajectory Mapper::online_trajectory() const {
+  Trajectory path;
+  for (const auto& frame : frames_) {
+    const auto left = left_window_.find(frame.keyframe);
+    const SE3& T = left == left_window_.end() ? graph_.at(frame.keyframe).T_map_body : left->second;
+    path.add(frame.stamp, T * frame.T_keyframe_body);
+  }
+  return path;
+}
+
+}  // namespace lamina

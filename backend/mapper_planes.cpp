@@ -1,0 +1,274 @@
+// Planes of the map: forming, entering, merging, coming back.
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include <lamina/backend/mapper.hpp>
+#include <lamina/backend/mapper_step.hpp>
+#include <lamina/models/linalg.hpp>
+
+namespace lamina {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+
+// Information of discounted moments (map axes) on a plane's tangent (tilt, tilt, rho) about the
+// moments' mean.
+Eigen::Matrix3d plane_information(const Moments& m, const Eigen::Vector3d& normal) {
+  const Matrix32d B = Plane::tangent_basis(normal);
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  H.topLeftCorner<2, 2>() = B.transpose() * m.scatter() * B;
+  H(2, 2) = m.weight();
+  return H;
+}
+
+// The plane through partial views: along their common line and as nearly as it gets along the
+// scans' normal.
+std::optional<Plane> perpendicular_plane(const Moments& m, const Eigen::Vector3d& scan_normal,
+                                         const Eigen::Vector3d& towards) {
+  const auto line = m.fit_line();
+  if (!line) return std::nullopt;
+  Eigen::Vector3d n = line->direction.cross(scan_normal);
+  if (n.norm() < 0.1) return std::nullopt;
+  if (n.dot(towards) < 0) n = -n;
+  n.normalize();
+  return Plane::from_normal_rho(n, n.dot(m.mean()));
+}
+
+}  // namespace
+
+// ------------------------------------------------------------------------------ forming
+
+void Mapper::add_to_tentative(std::size_t index, const PlaneEvidence& evidence, Timestamp stamp) {
+  Tentative& t = tentatives_[index];
+  const auto known = t.evidence.find(keyframe_);
+  if (known == t.evidence.end()) {
+    t.evidence.emplace(keyframe_, evidence);
+  } else {
+    known->second.join(evidence);
+  }
+  if (t.landmark.observations == 0) t.landmark.first_seen = stamp;
+  t.landmark.last_seen = stamp;
+  ++t.landmark.observations;
+  t.landmark.votes.floor += evidence.votes.floor;
+  t.landmark.votes.sub_dominant += evidence.votes.sub_dominant;
+  t.landmark.votes.obstacle += evidence.votes.obstacle;
+  t.last = keyframe_;
+  refit(t);
+}
+
+// From all its evidence, not the first sighting: moments add.
+void Mapper::refit(Tentative& t) const {
+  Moments merged;
+  Eigen::Vector3d towards = Eigen::Vector3d::Zero(), scan_normal = Eigen::Vector3d::Zero();
+  bool partial = true;
+  for (const auto& [id, evidence] : t.evidence) {
+    const Keyframe* keyframe = graph_.find(id);
+    if (keyframe == nullptr) continue;
+    merged.merge(factor_moments(evidence).transformed(keyframe->T_map_body));
+    towards += keyframe->T_map_body.so3() * evidence.plane_body.normal();
+    scan_normal = keyframe->T_map_body.so3() * evidence.scan_normal_body;
+    partial = partial && evidence.partial;
+  }
+  if (merged.empty() || !merged.mean().allFinite()) {
+    t.evidence.clear();
+    return;
+  }
+  std::optional<Plane> plane;
+  if (partial) {
+    plane = perpendicular_plane(merged, scan_normal, towards);
+  } else if (const auto fit = merged.fit_plane(merged.mean() + towards, 1.0)) {
+    plane = fit->plane;
+  }
+  if (!plane) plane = Plane::from_normal_rho(towards, towards.dot(merged.mean()));
+  if (!plane) {
+    t.evidence.clear();
+    return;
+  }
+  t.landmark.anchor_map = plane->project(merged.mean());
+  t.landmark.plane_anchor = plane->about(t.landmark.anchor_map);
+  Eigen::Matrix3d H = plane_information(merged, plane->normal());
+  const double tilt = 1 / (options_.prior_tilt_deg * kDegree);
+  H.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, 1e-6);
+  t.landmark.covariance = H.llt().solve(Eigen::Matrix3d::Identity());
+}
+
+std::optional<PlaneId> Mapper::promote(Tentative& t) {
+  if (t.evidence.empty()) return std::nullopt;
+  PlaneLandmark landmark = t.landmark;
+  landmark.covariance.reset();  // the window's to say
+  landmark.T_map_outline = plane_frame(landmark.plane_map(), landmark.anchor_map);
+  landmark.outline = OutlineGrid(options_.outline_cell_m);
+  const PlaneId id = graph_.add_plane(std::move(landmark));
+  PlaneLandmark& plane = graph_.at(id);
+  window_.add_plane(id, plane.plane_anchor, plane.anchor_map);
+  bool partial = true;
+  for (const auto& [keyframe, evidence] : t.evidence) {
+    const Keyframe* from = graph_.find(keyframe);
+    if (from == nullptr) continue;
+    partial = partial && evidence.partial;
+    const PlaneMomentsFactor factor{keyframe, id, factor_moments(evidence), ExtrinsicsId::kNone,
+                                    1.0};
+    graph_.plane_moments.push_back(factor);
+    window_.add(factor);
+    std::vector<Eigen::Vector3d> points;
+    for (const auto& p : evidence.outline_body) points.push_back(from->T_map_body * p);
+    grow_outline(plane, points);
+    outlines_[id].push_back({keyframe, evidence.outline_body});
+    index_.insert(id, sample_outline(points, index_.cell()));
+    if (keyframe == keyframe_) gathered_.emplace(id, evidence);
+  }
+  if (partial) partial_.insert(id);
+  // Directions that nothing may ever measure are held, in the window and in the graph alike.
+  const double tilt = options_.prior_tilt_deg * kDegree, rho = options_.prior_distance_m;
+  window_.add_weak_prior(id, tilt, rho);
+  MarginalPrior prior;
+  prior.planes = {id};
+  prior.planes_linear = {plane.plane_anchor};
+  prior.sqrt_information = Eigen::Vector3d(1 / tilt, 1 / tilt, 1 / rho).asDiagonal();
+  prior.residual = Eigen::Vector3d::Zero();
+  graph_.marginal_priors.push_back(std::move(prior));
+  t.evidence.clear();
+  return id;
+}
+
+// ------------------------------------------------------------------------------ merging
+
+void Mapper::remember_merge(PlaneId from) {
+  MergeRecord record;
+  record.landmark = graph_.at(from);
+  for (const auto& f : graph_.plane_moments) {
+    if (f.plane == from) record.factors.push_back(f);
+  }
+  record.outlines = outlines_[from];
+  merges_[from] = std::move(record);
+}
+
+// The graph's part of a merge; the window's is the caller's.
+void Mapper::absorb(PlaneId from, PlaneId into) {
+  remember_merge(from);
+  graph_.merge_planes(from, into);
+  // The weak prior of the plane that went is about an anchor that is no more.
+  std::erase_if(graph_.marginal_priors, [from](const MarginalPrior& p) {
+    return std::find(p.planes.begin(), p.planes.end(), from) != p.planes.end();
+  });
+  index_.rename(from, into);
+  auto& pieces = outlines_[into];
+  pieces.insert(pieces.end(), outlines_[from].begin(), outlines_[from].end());
+  outlines_.erase(from);
+  const auto gathered = gathered_.find(from);
+  if (gathered != gathered_.end()) {
+    const PlaneEvidence evidence = gathered->second;
+    gathered_.erase(gathered);
+    const auto there = gathered_.find(into);
+    if (there == gathered_.end()) {
+      gathered_.emplace(into, evidence);
+    } else {
+      // The graph has a factor of each now: one goes, the other takes both.
+      there->second.join(evidence);
+      const auto same = [&](const PlaneMomentsFactor& f) {
+        return f.keyframe == keyframe_ && f.plane == into;
+      };
+      auto& factors = graph_.plane_moments;
+      const auto last = std::find_if(factors.rbegin(), factors.rend(), same);
+      if (last != factors.rend()) factors.erase(std::next(last).base());
+      const auto rest = std::find_if(factors.rbegin(), factors.rend(), same);
+      if (rest != factors.rend()) {
+        rest->moments_body = factor_moments(there->second);
+        window_.set(*rest);
+      }
+    }
+  }
+  if (!partial_.count(from)) partial_.erase(into);
+  partial_.erase(from);
+  joint_.erase(from);
+}
+
+std::vector<std::pair<PlaneId, PlaneId>> Mapper::merge_coplanar() {
+  std::vector<std::pair<PlaneId, PlaneId>> merged;
+  // Only planes seen by this keyframe can have come near another one just now.
+  std::vector<PlaneId> fresh;
+  for (const auto& [id, evidence] : gathered_) fresh.push_back(id);
+  for (const PlaneId a : fresh) {
+    const PlaneLandmark* plane_a = graph_.find(a);
+    if (!plane_a || !plane_a->active || !joint_.count(a)) continue;
+    // Compared where the one was seen just now: the other's covariance says what that is worth.
+    const PlaneEvidence& seen = gathered_.at(a);
+    const SE3& T = graph_.at(keyframe_).T_map_body;
+    const Eigen::Vector3d middle = T * seen.moments_body.mean();
+    std::vector<Eigen::Vector3d> points;
+    for (const auto& p : seen.outline_body) points.push_back(T * p);
+    const auto near = index_.near(sample_outline(points, index_.cell()));
+    for (const PlaneId b : window_.planes()) {
+      const PlaneLandmark& plane_b = graph_.at(b);
+      if (b == a || !plane_b.active || !joint_.count(b)) continue;
+      if (!std::binary_search(near.begin(), near.end(), b)) continue;
+      if (angle_between(plane_a->plane_anchor, plane_b.plane_anchor) >
+          options_.association.max_angle_deg * kDegree / 4) {
+        continue;
+      }
+      const auto at_middle = [&](const PlaneLandmark& plane) {
+        Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
+        const Eigen::Vector3d arm = middle - plane.anchor_map;
+        J.bottomLeftCorner<1, 2>() = -arm.transpose() * plane.plane_anchor.tangent_basis();
+        const Eigen::Matrix3d C = joint_.at(plane.id).bottomRightCorner<3, 3>();
+        return Eigen::Matrix3d(J * C * J.transpose());
+      };
+      const Plane pa = plane_a->plane_map().about(middle), pb = plane_b.plane_map().about(middle);
+      const Eigen::Vector3d off = pa.boxminus(pb);
+      const double surface = options_.association.surface_sigma_m;
+      const double tilt = options_.association.surface_sigma_deg * kDegree;
+      Eigen::Matrix3d C = at_middle(*plane_a) + at_middle(plane_b);
+      C.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, surface * surface);
+      // However unsure, planes this far apart are not made one: a slab lies on its floor.
+      if (std::abs(off.z()) > 5 * surface) continue;
+      if (off.dot(C.llt().solve(off)) > 7.8) continue;
+      const PlaneId from = std::max(a, b), into = std::min(a, b);
+      window_.merge_planes(from, into);
+      absorb(from, into);
+      merged.emplace_back(from, into);
+      break;
+    }
+  }
+  return merged;
+}
+
+bool Mapper::undo_merge(PlaneId from) {
+  const auto it = merges_.find(from);
+  if (it == merges_.end()) return false;
+  const MergeRecord record = it->second;
+  merges_.erase(it);
+  PlaneLandmark& plane = graph_.at(from);
+  const PlaneId into = plane.merged_into;
+  plane = record.landmark;
+  plane.active = true;
+  plane.merged_into = PlaneId::kNone;
+  PlaneLandmark* other = graph_.find(into);
+  for (const auto& factor : record.factors) {
+    for (auto& f : graph_.plane_moments) {
+      const bool same = f.keyframe == factor.keyframe && f.plane == into &&
+                        f.moments_body.mean() == factor.moments_body.mean();
+      if (same) f.plane = from;
+    }
+  }
+  outlines_[from] = record.outlines;
+  if (other) {
+    auto& pieces = outlines_[into];
+    std::erase_if(pieces, [&](const OutlinePiece& p) {
+      return std::any_of(record.outlines.begin(), record.outlines.end(), [&](const auto& q) {
+        return p.keyframe == q.keyframe && p.points_body == q.points_body;
+      });
+    });
+    remake_outline(*other, pieces, graph_, options_.outline_cell_m);
+    other->observations = std::max<std::int64_t>(0, other->observations - plane.observations);
+  }
+  index_.clear();
+  for (const auto& p : graph_.planes) {
+    if (!p.active) continue;
+    for (const auto& outline : outlines_map(p)) {
+      index_.insert(p.id, sample_outline(outline, index_.cell()));
+    }
+  }
+  return true;
+}
+
+}  // namespace lamina

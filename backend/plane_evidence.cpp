@@ -1,0 +1,79 @@
+// Sensor frame to body frame, with what the motion between frames adds to the noise.
+#include <lamina/backend/plane_evidence.hpp>
+
+#include <cmath>
+
+namespace lamina {
+
+PlaneEvidence make_evidence(const PlaneObservation& observation, const SE3& T_body_sensor) {
+  PlaneEvidence e;
+  e.plane_body = T_body_sensor * observation.plane_sensor;
+  e.moments_body = observation.moments_sensor.transformed(T_body_sensor);
+  e.floor = observation.floor;
+  for (const auto& p : observation.outline_sensor) e.outline_body.push_back(T_body_sensor * p);
+  e.votes.floor = observation.kind == PlaneKind::kDominantFloor ? 1 : 0;
+  e.votes.sub_dominant = observation.kind == PlaneKind::kSubDominant ? 1 : 0;
+  e.votes.obstacle = observation.kind == PlaneKind::kObstacle ? 1 : 0;
+  return e;
+}
+
+PlaneEvidence make_evidence(const SegmentObservation& observation, const SE3& T_body_sensor) {
+  const ScanSegment& s = observation.segment;
+  PlaneEvidence e;
+  e.plane_body = T_body_sensor * Plane(s.normal_towards_scanner(), -s.rho);
+  e.moments_body = s.moments.transformed(T_body_sensor);
+  e.floor = observation.floor;
+  e.outline_body = {T_body_sensor * Eigen::Vector3d(s.start.x(), s.start.y(), 0),
+                    T_body_sensor * Eigen::Vector3d(s.end.x(), s.end.y(), 0)};
+  e.partial = true;
+  e.scan_normal_body = T_body_sensor.so3() * Eigen::Vector3d::UnitZ();
+  return e;
+}
+
+std::vector<PlaneEvidence> make_evidence(const Observations& observations) {
+  std::vector<PlaneEvidence> result;
+  for (const auto& o : observations.planes) {
+    result.push_back(make_evidence(o, observations.T_body_sensor));
+  }
+  for (const auto& o : observations.segments) {
+    // A front-end's number that is not one must not stop the mapper.
+    const bool finite = std::isfinite(o.segment.rho) && std::isfinite(o.segment.theta);
+    PlaneEvidence none;
+    none.partial = true;
+    result.push_back(finite ? make_evidence(o, observations.T_body_sensor) : none);
+  }
+  return result;
+}
+
+void PlaneEvidence::join(const PlaneEvidence& other) {
+  moments_body.merge(other.moments_body);
+  floor.sigma_rho = std::min(floor.sigma_rho, other.floor.sigma_rho);
+  floor.sigma_tilt = std::min(floor.sigma_tilt, other.floor.sigma_tilt);
+  partial = partial && other.partial;
+  votes.floor += other.votes.floor;
+  votes.sub_dominant += other.votes.sub_dominant;
+  votes.obstacle += other.votes.obstacle;
+}
+
+PlaneEvidence moved(const PlaneEvidence& e, const SE3& T_to_from, const Matrix6d& covariance) {
+  const Eigen::Vector3d& n = e.plane_body.normal();
+  const Eigen::Vector3d& c = e.moments_body.mean();
+  // The centroid moves along the normal by n.v + (c x n).w, the normal by tilt n x w.
+  Vector6d along;
+  along << n, c.cross(n);
+  const double rho_variance = along.dot(covariance * along);
+  const Matrix32d B = Plane::tangent_basis(n);
+  const Eigen::Matrix2d tilt =
+      B.transpose() * covariance.bottomRightCorner<3, 3>() * B;
+  NoiseFloor motion;
+  motion.sigma_rho = std::sqrt(std::max(0.0, rho_variance));
+  motion.sigma_tilt = std::sqrt(std::max(0.0, tilt.trace() / 2));
+  PlaneEvidence result = e;
+  result.plane_body = T_to_from * e.plane_body;
+  result.moments_body = e.moments_body.discounted(n, motion).transformed(T_to_from);
+  for (auto& p : result.outline_body) p = T_to_from * p;
+  result.scan_normal_body = T_to_from.so3() * e.scan_normal_body;
+  return result;
+}
+
+}  // namespace lamina

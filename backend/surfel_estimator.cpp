@@ -1,0 +1,140 @@
+// Closed-form cells of floor.
+#include <lamina/backend/surfel_estimator.hpp>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+namespace lamina {
+namespace {
+
+// Points (x, y, z) of weight w: sum w (z - h - s.(xy - c))^2 = |A (h, s) - b|^2 in moments.
+struct HeightEquations {
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();
+};
+
+HeightEquations height_equations(const Moments& m, const Eigen::Vector2d& center) {
+  HeightEquations e;
+  const Eigen::Vector2d d = m.mean().head<2>() - center;
+  Eigen::Vector3d a;
+  a << 1, d;
+  e.H = m.weight() * a * a.transpose();
+  e.H.bottomRightCorner<2, 2>() += m.scatter().topLeftCorner<2, 2>();
+  e.b = m.weight() * m.mean().z() * a;
+  e.b.tail<2>() += m.scatter().block<2, 1>(0, 2);
+  return e;
+}
+
+}  // namespace
+
+std::optional<SurfelCell> solve_surfel(const Moments& evidence, const Eigen::Vector2d& center,
+                                       const Plane* parent, const SurfelOptions& options) {
+  if (!(evidence.weight() > 0) || !evidence.mean().allFinite() ||
+      !evidence.scatter().allFinite()) {
+    return std::nullopt;
+  }
+  const HeightEquations own = height_equations(evidence, center);
+  // z of the parent over the cell's centre, and its slopes: n.x = rho solved for z.
+  Eigen::Vector3d expected = Eigen::Vector3d(evidence.mean().z(), 0, 0);
+  Eigen::Vector3d information = Eigen::Vector3d(0, 1e-4, 1e-4);
+  const bool held = parent != nullptr && std::abs(parent->normal().z()) > 0.5;
+  if (held) {
+    const Eigen::Vector3d& n = parent->normal();
+    expected << (parent->rho() - n.head<2>().dot(center)) / n.z(), -n.head<2>() / n.z();
+    const double tilt = 1 / (options.parent_slope * options.parent_slope);
+    information << 1 / (options.parent_sigma_m * options.parent_sigma_m), tilt, tilt;
+  } else {
+    information.tail<2>().setConstant(1 / (options.parent_slope * options.parent_slope));
+  }
+  Eigen::Vector3d x = expected;
+  Eigen::Matrix3d H;
+  double share = 1;
+  for (int round = 0; round < 4; ++round) {
+    H = own.H;
+    H.diagonal() += share * information;
+    x = H.llt().solve(own.b + share * information.cwiseProduct(expected));
+    if (!x.allFinite()) return std::nullopt;
+    const double off = (x(0) - expected(0)) / options.parent_sigma_m;
+    const double scale = options.parent_robust;
+    if (held) share = 1 / (1 + off * off / (scale * scale));
+  }
+  SurfelCell cell;
+  cell.height = x(0);
+  cell.slope = x.tail<2>();
+  cell.covariance = H.llt().solve(Eigen::Matrix3d::Identity());
+  cell.evidence = evidence;
+  return cell.covariance.allFinite() ? std::optional(cell) : std::nullopt;
+}
+
+void SurfelEvidence::add(KeyframeId keyframe, const Moments& m) {
+  if (!(m.weight() > 0) || !m.mean().allFinite() || !m.scatter().allFinite()) return;
+  Square square{};
+  for (int k = 0; k < 3; ++k) {
+    const double c = std::floor(m.mean()(k) / cell_);
+    square[static_cast<std::size_t>(k)] = static_cast<std::int32_t>(std::clamp(c, -1e9, 1e9));
+  }
+  evidence_[keyframe][square].merge(m);
+}
+
+void SurfelEvidence::hand_over(KeyframeId from, KeyframeId into, const SE3& T_into_from) {
+  const auto it = evidence_.find(from);
+  if (it == evidence_.end() || from == into) return;
+  const auto squares = std::move(it->second);
+  evidence_.erase(it);
+  for (const auto& [square, moments] : squares) add(into, moments.transformed(T_into_from));
+}
+
+std::size_t SurfelEvidence::size() const {
+  std::size_t sum = 0;
+  for (const auto& [keyframe, squares] : evidence_) sum += squares.size();
+  return sum;
+}
+
+SurfelFloor SurfelEvidence::solve(const Graph& graph, const SurfelOptions& options) const {
+  SurfelFloor floor(options.cell_m);
+  for (const auto& [id, squares] : evidence_) {
+    const Keyframe* keyframe = graph.find(id);
+    if (keyframe == nullptr) continue;
+    for (const auto& [square, moments_body] : squares) {
+      const Moments moments = moments_body.transformed(keyframe->T_map_body);
+      SurfelFloor::Key key = floor.key_of(moments.mean());
+      // The level whose evidence is at this height, or the next free one.
+      while (const SurfelCell* there = floor.find(key)) {
+        if (std::abs(there->evidence.mean().z() - moments.mean().z()) <= options.level_gap_m) break;
+        ++key.level;
+      }
+      floor.at_or_new(key).evidence.merge(moments);
+    }
+  }
+  std::vector<const PlaneLandmark*> parents;
+  for (const auto& plane : graph.planes) {
+    if (plane.active && plane.plane_anchor.normal().z() > 0.5) parents.push_back(&plane);
+  }
+  std::vector<SurfelFloor::Key> unsolved;
+  for (auto& [key, cell] : floor.cells()) {
+    const PlaneLandmark* parent = nullptr;
+    double nearest = options.level_gap_m;
+    for (const PlaneLandmark* plane : parents) {
+      const Eigen::Vector3d x = cell.evidence.mean();
+      const double off = std::abs(plane->plane_anchor.signed_distance(x - plane->anchor_map));
+      if (off >= nearest) continue;
+      if (!plane->outline.contains((plane->T_map_outline.inverse() * x).head<2>())) continue;
+      parent = plane;
+      nearest = off;
+    }
+    Plane plane_map;
+    if (parent) plane_map = parent->plane_map();
+    const auto solved = solve_surfel(cell.evidence, floor.center_of(key),
+                                     parent ? &plane_map : nullptr, options);
+    if (!solved) {
+      unsolved.push_back(key);
+      continue;
+    }
+    cell = *solved;
+    cell.parent_plane = parent ? static_cast<int>(parent->id) : -1;
+  }
+  for (const auto& key : unsolved) floor.cells().erase(key);
+  return floor;
+}
+
+}  // namespace lamina

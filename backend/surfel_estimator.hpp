@@ -1,0 +1,49 @@
+// Floor surfels given the poses: every cell is independent and has a closed form, so surfels are
+// eliminated from the graph exactly, as bundle adjustment does its points.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <lamina/backend/graph.hpp>
+#include <lamina/models/surfel_floor.hpp>
+
+namespace lamina {
+
+struct SurfelOptions {
+  double cell_m = 0.1;
+  double parent_sigma_m = 0.01;   ///< height off the parent plane, 1-sigma
+  double parent_slope = 0.05;     ///< slope off the parent plane, m per m
+  /// Cauchy's scale on the distance from the parent, in sigmas: beyond it the parent lets go, so
+  /// that a 1 cm slab is not ironed flat.
+  double parent_robust = 2.0;
+  double level_gap_m = 0.15;      ///< evidence this far apart in height belongs to two levels
+};
+
+/// Height and slopes of one cell from its evidence (map frame, z up, weights 1/sigma^2) and its
+/// parent plane (nullptr: none): the minimum of the evidence's plane cost and the robust prior, by
+/// three reweighted closed forms. nullopt without evidence or when the slopes are not determined.
+std::optional<SurfelCell> solve_surfel(const Moments& evidence_map, const Eigen::Vector2d& center,
+                                       const Plane* parent_map, const SurfelOptions& options);
+
+/// Floor points by keyframe, in small squares of the keyframe's own body frame.
+class SurfelEvidence {
+ public:
+  explicit SurfelEvidence(double cell_m = 0.1) : cell_(cell_m) {}
+  void add(KeyframeId keyframe, const Moments& moments_body);
+  /// Everything of `from` becomes `into`'s: T_into_from.
+  void hand_over(KeyframeId from, KeyframeId into, const SE3& T_into_from);
+  std::size_t size() const;
+  /// The floor by the keyframes' present poses. Parents: planes within level_gap_m of the evidence
+  /// whose outline is under it, nearest first.
+  SurfelFloor solve(const Graph& graph, const SurfelOptions& options) const;
+
+ private:
+  using Square = std::array<std::int32_t, 3>;
+  double cell_;
+  std::map<KeyframeId, std::map<Square, Moments>> evidence_;
+};
+
+}  // namespace lamina
