@@ -28,14 +28,22 @@ std::vector<std::string> AssociationOptions::problems() const {
 
 const char* to_string(AssociationReason reason) {
   switch (reason) {
-    case AssociationReason::kMatched: return "matched";
-    case AssociationReason::kNoCandidate: return "no candidate";
-    case AssociationReason::kOtherSide: return "other side";
-    case AssociationReason::kAngle: return "angle";
-    case AssociationReason::kDistance: return "distance";
-    case AssociationReason::kChiSquared: return "chi-squared";
-    case AssociationReason::kAmbiguous: return "ambiguous";
-    case AssociationReason::kTooWeak: return "too weak";
+    case AssociationReason::kMatched:
+      return "matched";
+    case AssociationReason::kNoCandidate:
+      return "no candidate";
+    case AssociationReason::kOtherSide:
+      return "other side";
+    case AssociationReason::kAngle:
+      return "angle";
+    case AssociationReason::kDistance:
+      return "distance";
+    case AssociationReason::kChiSquared:
+      return "chi-squared";
+    case AssociationReason::kAmbiguous:
+      return "ambiguous";
+    case AssociationReason::kTooWeak:
+      return "too weak";
   }
   return "unknown";
 }
@@ -83,8 +91,8 @@ double innovation_chi_squared(const PlaneEvidence& evidence, const SE3& T,
   const Moments m = evidence.moments_body.discounted(evidence.plane_body.normal(),
                                                      surface_floor(evidence, options));
   const SymmetricEigen<3> eigen = symmetric_eigen(m.scatter());
-  const Eigen::Matrix3d A = eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() *
-                            eigen.vectors.transpose();
+  const Eigen::Matrix3d A =
+      eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * eigen.vectors.transpose();
   const double w = std::sqrt(std::max(0.0, m.weight()));
   const Eigen::Matrix3d Rt = T.so3().matrix().transpose();
   const Predicted predicted = predict(evidence, T, candidate);
@@ -161,8 +169,8 @@ AssociationDecision associate(const PlaneEvidence& evidence, const SE3& T,
   best.plane = first->id;
   best.reason = AssociationReason::kMatched;
   if (second && second_chi - best.chi_squared < options.ambiguous_chi_squared) {
-    const double apart = std::abs(predict(evidence, T, *first).distance -
-                                  predict(evidence, T, *second).distance);
+    const double apart =
+        std::abs(predict(evidence, T, *first).distance - predict(evidence, T, *second).distance);
     if (apart > 0.1 * options.max_distance_m) {
       best.plane = PlaneId::kNone;
       best.reason = AssociationReason::kAmbiguous;

@@ -18,8 +18,8 @@ void grow_outline(PlaneLandmark& plane, std::span<const Eigen::Vector3d> points_
   if (const auto polygon = Polygon::from_vertices(std::move(flat))) plane.outline.add(*polygon);
 }
 
-void remake_outline(PlaneLandmark& plane, std::span<const OutlinePiece> pieces,
-                    const Graph& graph, double cell_size) {
+void remake_outline(PlaneLandmark& plane, std::span<const OutlinePiece> pieces, const Graph& graph,
+                    double cell_size) {
   plane.T_map_outline = plane_frame(plane.plane_map(), plane.anchor_map);
   plane.outline = OutlineGrid(cell_size);
   std::vector<Eigen::Vector3d> points_map;

@@ -22,8 +22,8 @@ void grow_outline(PlaneLandmark& plane, std::span<const Eigen::Vector3d> points_
 /// Empties the outline and grows it from all pieces, by the keyframes' present poses. The outline's
 /// frame is made anew too: the plane may have moved a lot. Pieces whose keyframe is gone are left
 /// out.
-void remake_outline(PlaneLandmark& plane, std::span<const OutlinePiece> pieces,
-                    const Graph& graph, double cell_size);
+void remake_outline(PlaneLandmark& plane, std::span<const OutlinePiece> pieces, const Graph& graph,
+                    double cell_size);
 
 /// Closed outlines in the map frame, on the plane, largest first.
 std::vector<std::vector<Eigen::Vector3d>> outlines_map(const PlaneLandmark& plane);

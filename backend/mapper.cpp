@@ -30,11 +30,11 @@ AddResult Mapper::add(const Observations& observations, const SE3& T_prev_body,
                       const Matrix6d& increment_covariance) {
   Step step{observations, usable(T_prev_body) ? T_prev_body : SE3(), increment_covariance};
   const auto begin = std::chrono::steady_clock::now();
-  predict(step);         // where odometry says the body is
-  associate_all(step);   // which known planes these observations are of
+  predict(step);        // where odometry says the body is
+  associate_all(step);  // which known planes these observations are of
   const bool starts = wants_keyframe(step);
   if (starts) start_keyframe(step);
-  gather(step);          // evidence joins planes, new ones form
+  gather(step);  // evidence joins planes, new ones form
   step.result.associate_ms = milliseconds_since(begin);
   const auto middle = std::chrono::steady_clock::now();
   if (starts) {
@@ -42,7 +42,7 @@ AddResult Mapper::add(const Observations& observations, const SE3& T_prev_body,
     tidy(step);          // merge what is one plane, recognise old ones
     step.result.window_ms = milliseconds_since(middle);
   } else {
-    localize(step);      // between keyframes the planes hold still
+    localize(step);  // between keyframes the planes hold still
   }
   frames_.push_back({observations.stamp, keyframe_, estimate_.T_keyframe_body});
   step.result.keyframe = keyframe_;
@@ -153,15 +153,14 @@ void Mapper::associate_all(Step& step) {
     // enough to tell neighbours apart; otherwise by several at once (recognise()).
     std::erase_if(near, [&](const AssociationCandidate& c) {
       if (window_.contains(c.id)) return false;
-      const double sigma = std::sqrt(c.covariance.topLeftCorner<3, 3>().diagonal().maxCoeff() +
-                                     c.covariance(8, 8));
+      const double sigma =
+          std::sqrt(c.covariance.topLeftCorner<3, 3>().diagonal().maxCoeff() + c.covariance(8, 8));
       return !(sigma < 0.2 * options_.association.max_distance_m);
     });
     for (auto& c : near) {
       c.covariance = carried(c.covariance, step.estimate.T_keyframe_body, step.estimate.covariance);
     }
-    AssociationDecision decision =
-        associate(evidence, step.T_map_body, near, options_.association);
+    AssociationDecision decision = associate(evidence, step.T_map_body, near, options_.association);
     std::optional<std::size_t> forming;
     if (decision.plane == PlaneId::kNone && decision.reason != AssociationReason::kTooWeak &&
         decision.reason != AssociationReason::kAmbiguous) {

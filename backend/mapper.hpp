@@ -13,9 +13,9 @@
 #include <lamina/backend/boundaries.hpp>
 #include <lamina/backend/graph.hpp>
 #include <lamina/backend/mapper_options.hpp>
+#include <lamina/backend/plane_evidence.hpp>
 #include <lamina/backend/plane_index.hpp>
 #include <lamina/backend/refiner.hpp>
-#include <lamina/backend/plane_evidence.hpp>
 #include <lamina/backend/sliding_window.hpp>
 #include <lamina/backend/surfel_estimator.hpp>
 #include <lamina/frontend/observation.hpp>
@@ -106,7 +106,8 @@ class Mapper {
   void solve_window(Step& step);
   void tidy(Step& step);
 
-  std::vector<AssociationCandidate> candidates(const PlaneEvidence& evidence, const SE3& T_map_body);
+  std::vector<AssociationCandidate> candidates(const PlaneEvidence& evidence,
+                                               const SE3& T_map_body);
   std::vector<AssociationCandidate> tentative_candidates(const SE3& T_map_body) const;
   Eigen::Matrix<double, 9, 9> relative_covariance(PlaneId id) const;
   void add_to_plane(PlaneId id, const PlaneEvidence& evidence_keyframe, Timestamp stamp);
@@ -128,10 +129,10 @@ class Mapper {
   SlidingWindow window_;
   PlaneIndex index_;
   std::vector<Frame> frames_;
-  std::map<KeyframeId, SE3> left_window_;     // T_map_body as each keyframe left
-  KeyframeId keyframe_ = KeyframeId::kNone;   // the present one
-  Relative odometry_;                         // by odometry alone: what factors may use
-  Relative estimate_;                         // with what this frame saw
+  std::map<KeyframeId, SE3> left_window_;    // T_map_body as each keyframe left
+  KeyframeId keyframe_ = KeyframeId::kNone;  // the present one
+  Relative odometry_;                        // by odometry alone: what factors may use
+  Relative estimate_;                        // with what this frame saw
   Matrix6d keyframe_covariance_ = Matrix6d::Identity();
   // What the present keyframe saw of planes, its body frame, undiscounted: the noise floor counts
   // once however many frames join.
@@ -139,8 +140,8 @@ class Mapper {
   std::map<PlaneId, Eigen::Matrix<double, 9, 9>> joint_;  // with the present keyframe's pose
   std::vector<Tentative> tentatives_;
   std::map<PlaneId, std::vector<OutlinePiece>> outlines_;
-  std::set<PlaneId> partial_;                 // seen by segments alone
-  std::map<PlaneId, MergeRecord> merges_;     // by the plane that went
+  std::set<PlaneId> partial_;              // seen by segments alone
+  std::map<PlaneId, MergeRecord> merges_;  // by the plane that went
   SurfelEvidence surfels_;
   std::map<KeyframeId, std::vector<Eigen::Vector3d>> loose_body_;
   std::int64_t keyframes_made_ = 0;

@@ -16,8 +16,8 @@ RecognitionPlane recognition_plane(const PlaneLandmark& plane, const Eigen::Matr
   result.plane_map = plane.plane_map();
   result.middle_map = outline_centroid_map(plane);
   Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
-  J.bottomLeftCorner<1, 2>() = -(result.middle_map - plane.anchor_map).transpose() *
-                               plane.plane_anchor.tangent_basis();
+  J.bottomLeftCorner<1, 2>() =
+      -(result.middle_map - plane.anchor_map).transpose() * plane.plane_anchor.tangent_basis();
   result.covariance = J * covariance * J.transpose();
   // Drift that all planes share is the motion that is looked for; what is left is local.
   const double limit = 0.1 * 0.1;
@@ -154,8 +154,8 @@ void Mapper::retire(KeyframeId id) {
     return Matrix6d((S.transpose() * S).ldlt().solve(Matrix6d::Identity()));
   };
   const Matrix6d A = out->T_from_to.inverse().adjoint();
-  const Matrix6d C = A * covariance(in->sqrt_information) * A.transpose() +
-                     covariance(out->sqrt_information);
+  const Matrix6d C =
+      A * covariance(in->sqrt_information) * A.transpose() + covariance(out->sqrt_information);
   const Eigen::LLT<Matrix6d> llt(C);
   if (llt.info() != Eigen::Success) return;
   const Matrix6d S = llt.matrixL().solve(Matrix6d::Identity());

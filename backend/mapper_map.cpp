@@ -53,8 +53,8 @@ MapPlane Mapper::map_plane(const PlaneLandmark& plane) const {
   // What its own evidence says of it, poses given; and how much of that is there at all.
   const Eigen::Matrix3d R_tangent = [&] {
     Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
-    J.bottomLeftCorner<1, 2>() = -(result.centroid_map - plane.anchor_map).transpose() *
-                                 plane.plane_anchor.tangent_basis();
+    J.bottomLeftCorner<1, 2>() =
+        -(result.centroid_map - plane.anchor_map).transpose() * plane.plane_anchor.tangent_basis();
     return J;
   }();
   const double tilt = 1 / (options_.prior_tilt_deg * kDegree), rho = 1 / options_.prior_distance_m;

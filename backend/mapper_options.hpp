@@ -29,7 +29,8 @@ struct MapperOptions {
   /// Tentative planes not seen for so many keyframes are forgotten.
   int forget_keyframes = 10;
   /// Weak prior on the tilt of planes seen by segments alone (perpendicular to the scan, as in
-  /// [Document2DLidar]), deg, and on the distance of any plane, m: holds what nothing measures.
+  /// the article on planes from a 2D lidar), deg, and on the distance of any plane, m: holds what
+  /// nothing measures.
   double prior_tilt_deg = 5;
   double prior_distance_m = 100;
   /// Directions whose 1-sigma after estimation is above this share of the prior's are reported as

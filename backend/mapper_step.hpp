@@ -12,10 +12,11 @@ struct Mapper::Step {
   const Observations& observations;
   SE3 T_prev_body;
   Matrix6d increment_covariance;
-  std::vector<PlaneEvidence> evidence = {};   // body frame
+  std::vector<PlaneEvidence> evidence = {};  // body frame
   Relative odometry = {}, estimate = {};
-  SE3 T_map_body = {};                        // predicted
-  std::vector<std::optional<std::size_t>> tentative = {};  // by evidence: the forming plane it is of
+  SE3 T_map_body = {};  // predicted
+  std::vector<std::optional<std::size_t>> tentative =
+      {};  // by evidence: the forming plane it is of
   AddResult result = {};
 };
 

@@ -88,7 +88,8 @@ double Search::evaluate(const Pair& pair, const Motion& motion, Eigen::Matrix<do
   const Eigen::Vector3d arm = x - body_ - motion.v;
   J.bottomRightCorner<1, 3>() = arm.cross(b.plane_map.normal()).transpose();
   Eigen::Matrix3d C = a.covariance;
-  // The old plane's covariance at the new one's middle, and basis turned aside: only its size counts.
+  // The old plane's covariance at the new one's middle, and basis turned aside: only its size
+  // counts.
   Eigen::Matrix3d at_middle = Eigen::Matrix3d::Identity();
   at_middle.bottomLeftCorner<1, 2>() = -(x - b.middle_map).transpose() * B;
   C += at_middle * b.covariance * at_middle.transpose();
@@ -155,8 +156,7 @@ std::vector<Pair> Search::agreeing(const std::vector<Pair>& pairs, const Motion&
 }
 
 bool Search::within_reach(const Motion& motion) const {
-  return motion.v.norm() <= reach_ &&
-         motion.R.log().norm() <= options_.max_rotation_deg * kDegree;
+  return motion.v.norm() <= reach_ && motion.R.log().norm() <= options_.max_rotation_deg * kDegree;
 }
 
 // x, y and heading from the pairs alone; height and level may be anything else's to say.
@@ -245,9 +245,8 @@ std::vector<std::string> PlaceRecognitionOptions::problems() const {
 
 std::optional<PlaceMatch> recognise_place(std::span<const RecognitionPlane> fresh,
                                           std::span<const RecognitionPlane> old,
-                                          const PlaneIndex& index,
-                                          const Eigen::Vector3d& body_map, double reach_m,
-                                          const PlaceRecognitionOptions& options) {
+                                          const PlaneIndex& index, const Eigen::Vector3d& body_map,
+                                          double reach_m, const PlaceRecognitionOptions& options) {
   const double reach = std::min(reach_m, options.max_translation_m);
   if (!body_map.allFinite() || !(reach > 0)) return std::nullopt;
   return Search(fresh, old, index, body_map, reach, options).run();

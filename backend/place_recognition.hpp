@@ -24,7 +24,7 @@ struct PlaceRecognitionOptions {
   /// The correction must be known better than this from the pairs alone, 1-sigma.
   double sure_m = 0.1;
   double sure_deg = 2;
-  double max_translation_m = 5;    ///< corrections beyond this are never believed
+  double max_translation_m = 5;  ///< corrections beyond this are never believed
   double max_rotation_deg = 20;
   /// The next best set of pairs must explain at most this share of the best one's pairs, if it
   /// wants another correction: rooms look alike.
@@ -51,12 +51,11 @@ struct PlaceMatch {
 /// Looks for one small motion that lays planes seen now upon planes known from before. Every two
 /// pairs with normals that differ propose a motion; the motion that most pairs agree with, outline
 /// on outline, is believed when it has pairs enough, determines x, y and heading, and no other
-/// motion explains nearly as much. `body_map`: where the robot is; rotations are about it. `reach_m`:
-/// how far off the robot may be. Deterministic; nullopt: not recognised.
+/// motion explains nearly as much. `body_map`: where the robot is; rotations are about it.
+/// `reach_m`: how far off the robot may be. Deterministic; nullopt: not recognised.
 std::optional<PlaceMatch> recognise_place(std::span<const RecognitionPlane> fresh,
                                           std::span<const RecognitionPlane> old,
-                                          const PlaneIndex& index,
-                                          const Eigen::Vector3d& body_map, double reach_m,
-                                          const PlaceRecognitionOptions& options);
+                                          const PlaneIndex& index, const Eigen::Vector3d& body_map,
+                                          double reach_m, const PlaceRecognitionOptions& options);
 
 }  // namespace lamina

@@ -63,8 +63,7 @@ PlaneEvidence moved(const PlaneEvidence& e, const SE3& T_to_from, const Matrix6d
   along << n, c.cross(n);
   const double rho_variance = along.dot(covariance * along);
   const Matrix32d B = Plane::tangent_basis(n);
-  const Eigen::Matrix2d tilt =
-      B.transpose() * covariance.bottomRightCorner<3, 3>() * B;
+  const Eigen::Matrix2d tilt = B.transpose() * covariance.bottomRightCorner<3, 3>() * B;
   NoiseFloor motion;
   motion.sigma_rho = std::sqrt(std::max(0.0, rho_variance));
   motion.sigma_tilt = std::sqrt(std::max(0.0, tilt.trace() / 2));

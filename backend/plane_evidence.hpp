@@ -9,14 +9,14 @@
 namespace lamina {
 
 PlaneEvidence make_evidence(const PlaneObservation& observation, const SE3& T_body_sensor);
-/// The plane through the segment perpendicular to the scan ([Document2DLidar]).
+/// The plane through the segment perpendicular to the scan (the article on planes from a 2D lidar).
 PlaneEvidence make_evidence(const SegmentObservation& observation, const SE3& T_body_sensor);
 /// Planes, then segments.
 std::vector<PlaneEvidence> make_evidence(const Observations& observations);
 
 /// The evidence seen from another body frame, to which the motion is known with an error: the error
-/// is shared by all of its points, and joins the noise floor. `covariance` of T_to_from in its right
-/// tangent.
+/// is shared by all of its points, and joins the noise floor. `covariance` of T_to_from in its
+/// right tangent.
 PlaneEvidence moved(const PlaneEvidence& evidence, const SE3& T_to_from,
                     const Matrix6d& covariance);
 

@@ -43,10 +43,10 @@ Floor dominant_floor(const std::vector<MapPlane>& planes, const Trajectory& path
     if (!under_path(plane, path, options)) continue;
     double area = 0;
     for (const auto& other : planes) {
-      const bool same = tilt_from(plane.plane_map.normal(), other.plane_map.normal()) <
-                            options.level_tilt_deg * kDegree &&
-                        std::abs(plane.plane_map.signed_distance(other.centroid_map)) <=
-                            options.same_level_m;
+      const bool same =
+          tilt_from(plane.plane_map.normal(), other.plane_map.normal()) <
+              options.level_tilt_deg * kDegree &&
+          std::abs(plane.plane_map.signed_distance(other.centroid_map)) <= options.same_level_m;
       if (same) area += other.area;
     }
     // The level's largest plane stands for it.
@@ -69,8 +69,7 @@ PlaneLabel label_of(const MapPlane& plane, const Floor& floor, const Trajectory&
   const double margin = 3 * tilt_sigma(plane);
   if (std::abs(tilt - M_PI / 2) <= options.wall_tilt_deg * kDegree) return PlaneLabel::kWall;
   if (M_PI - tilt <= options.ceiling_tilt_deg * kDegree) return PlaneLabel::kCeiling;
-  if (tilt <= std::max(options.level_tilt_deg * kDegree,
-                       std::min(margin, kLevelFloor))) {
+  if (tilt <= std::max(options.level_tilt_deg * kDegree, std::min(margin, kLevelFloor))) {
     if (!floor.plane) return PlaneLabel::kOther;
     const double off = floor.plane->plane_map.signed_distance(plane.centroid_map);
     if (&plane == floor.plane || std::abs(off) <= options.same_level_m) return PlaneLabel::kFloor;

@@ -10,16 +10,16 @@
 namespace lamina {
 
 struct LabelOptions {
-  double level_tilt_deg = 2.5;  ///< horizontal within this (and three sigmas): ramps start at 1:20
-  double max_ramp_deg = 30;     ///< steeper is no ramp
-  double wall_tilt_deg = 15;    ///< vertical within this
-  double ceiling_tilt_deg = 15; ///< facing down within this
+  double level_tilt_deg = 2.5;   ///< horizontal within this (and three sigmas): ramps start at 1:20
+  double max_ramp_deg = 30;      ///< steeper is no ramp
+  double wall_tilt_deg = 15;     ///< vertical within this
+  double ceiling_tilt_deg = 15;  ///< facing down within this
   /// Horizontal planes this near to the floor's level are the floor: unevenness and drift.
   double same_level_m = 0.02;
-  double max_step_m = 0.35;     ///< horizontal, off the floor by at most this: a step
+  double max_step_m = 0.35;  ///< horizontal, off the floor by at most this: a step
   /// Horizontal, of at least this area and stood over by the robot: a floor of its own.
   double floor_area_m2 = 2;
-  double body_height_m = 0.3;   ///< a floor lies at most this far above or below the path
+  double body_height_m = 0.3;  ///< a floor lies at most this far above or below the path
 
   std::vector<std::string> problems() const;
 };

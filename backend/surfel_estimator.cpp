@@ -29,8 +29,7 @@ HeightEquations height_equations(const Moments& m, const Eigen::Vector2d& center
 
 std::optional<SurfelCell> solve_surfel(const Moments& evidence, const Eigen::Vector2d& center,
                                        const Plane* parent, const SurfelOptions& options) {
-  if (!(evidence.weight() > 0) || !evidence.mean().allFinite() ||
-      !evidence.scatter().allFinite()) {
+  if (!(evidence.weight() > 0) || !evidence.mean().allFinite() || !evidence.scatter().allFinite()) {
     return std::nullopt;
   }
   const HeightEquations own = height_equations(evidence, center);
@@ -124,8 +123,8 @@ SurfelFloor SurfelEvidence::solve(const Graph& graph, const SurfelOptions& optio
     }
     Plane plane_map;
     if (parent) plane_map = parent->plane_map();
-    const auto solved = solve_surfel(cell.evidence, floor.center_of(key),
-                                     parent ? &plane_map : nullptr, options);
+    const auto solved =
+        solve_surfel(cell.evidence, floor.center_of(key), parent ? &plane_map : nullptr, options);
     if (!solved) {
       unsolved.push_back(key);
       continue;

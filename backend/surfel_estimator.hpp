@@ -14,12 +14,12 @@ namespace lamina {
 
 struct SurfelOptions {
   double cell_m = 0.1;
-  double parent_sigma_m = 0.01;   ///< height off the parent plane, 1-sigma
-  double parent_slope = 0.05;     ///< slope off the parent plane, m per m
+  double parent_sigma_m = 0.01;  ///< height off the parent plane, 1-sigma
+  double parent_slope = 0.05;    ///< slope off the parent plane, m per m
   /// Cauchy's scale on the distance from the parent, in sigmas: beyond it the parent lets go, so
   /// that a 1 cm slab is not ironed flat.
   double parent_robust = 2.0;
-  double level_gap_m = 0.15;      ///< evidence this far apart in height belongs to two levels
+  double level_gap_m = 0.15;  ///< evidence this far apart in height belongs to two levels
 };
 
 /// Height and slopes of one cell from its evidence (map frame, z up, weights 1/sigma^2) and its

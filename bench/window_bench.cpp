@@ -1,0 +1,148 @@
+// The sliding window: benchmark problem, a window of 20 keyframes and 60 planes, an hour of it.
+//   window_bench [FILE.planegraph]
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <random>
+
+#include <lamina/backend/surfel_estimator.hpp>
+#include <lamina/backend/window_plane_graph.hpp>
+#include <lamina/models/error.hpp>
+
+using namespace lamina;
+
+namespace {
+
+double percentile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  std::sort(values.begin(), values.end());
+  return values[std::min(values.size() - 1,
+                         static_cast<std::size_t>(share * static_cast<double>(values.size())))];
+}
+
+double mean(const double* begin, std::size_t count) {
+  return std::accumulate(begin, begin + count, 0.0) /
+         static_cast<double>(std::max<std::size_t>(1, count));
+}
+
+// The shortest of several runs of each step: what others on the machine add is taken out.
+std::vector<double> least(const std::vector<std::vector<double>>& runs) {
+  std::vector<double> result = runs.front();
+  for (const auto& run : runs) {
+    for (std::size_t i = 0; i < result.size(); ++i) result[i] = std::min(result[i], run[i]);
+  }
+  return result;
+}
+
+void print_times(const char* name, const std::vector<double>& ms) {
+  const std::size_t tenth = ms.size() / 10;
+  std::printf("%-34s mean %.3f median %.3f p99 %.3f max %.3f ms, last tenth / second tenth %.2f\n",
+              name, mean(ms.data(), ms.size()), percentile(ms, 0.5), percentile(ms, 0.99),
+              percentile(ms, 1.0), mean(&ms[ms.size() - tenth], tenth) / mean(&ms[tenth], tenth));
+}
+
+void plane_graph(const char* file) {
+  const PlaneGraph problem = read_plane_graph(file);
+  std::vector<std::vector<double>> runs;
+  WindowRun run;
+  for (int k = 0; k < 3; ++k) {
+    run = run_window_on_plane_graph(problem, WindowOptions());
+    runs.push_back(run.step_ms);
+  }
+  double sum = 0;
+  for (std::size_t i = 0; i < problem.truth_map_body.size(); ++i) {
+    sum +=
+        (run.T_map_body[i].translation() - problem.truth_map_body[i].translation()).squaredNorm();
+  }
+  print_times("plane graph, 20 keyframes", least(runs));
+  std::printf("  ate %.4f m over %zu poses, %.2f steps a pose\n",
+              std::sqrt(sum / static_cast<double>(problem.truth_map_body.size())),
+              problem.truth_map_body.size(),
+              run.iterations / static_cast<double>(problem.truth_map_body.size()));
+}
+
+// A robot in a hall of 60 planes, 15 of which each keyframe sees; 500 surfels solved at each.
+std::vector<double> big_window(int keyframes, unsigned seed) {
+  std::mt19937 rng(seed);
+  std::normal_distribution<double> normal;
+  std::vector<Plane> planes;
+  for (int j = 0; j < 60; ++j) {
+    const Eigen::Vector3d n(normal(rng), normal(rng), normal(rng));
+    planes.emplace_back(n, -n.norm() * (3 + std::abs(normal(rng))));
+  }
+  Matrix6d S = Matrix6d::Zero();
+  S.diagonal() << Eigen::Vector3d::Constant(100), Eigen::Vector3d::Constant(500);
+  SlidingWindow window{WindowOptions()};
+  SE3 truth, guess;
+  std::vector<double> ms;
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  scatter.diagonal() << 60, 60, 0.1;
+  const Plane floor;
+  for (int i = 0; i < keyframes; ++i) {
+    const KeyframeId id(i);
+    Vector6d step, e;
+    step << 0.02 * std::cos(0.1 * i), 0.02 * std::sin(0.1 * i), 0, 0, 0, 0.1;
+    for (int k = 0; k < 6; ++k) e(k) = normal(rng) * (k < 3 ? 0.01 : 0.002);
+    const SE3 moved = i == 0 ? SE3() : SE3::exp(step);
+    truth = truth * moved;
+    const SE3 odometry = i == 0 ? SE3() : moved * SE3::exp(e);
+    std::vector<PlaneMomentsFactor> seen;
+    for (int k = 0; k < 15; ++k) {
+      const auto j = static_cast<std::size_t>((4 * i + k) % 60);
+      const Plane body = truth.inverse() * planes[j];
+      const Eigen::Vector3d n = body.normal();
+      const Eigen::Vector3d middle =
+          body.project(Eigen::Vector3d::Zero()) + 0.002 * normal(rng) * n;
+      const Matrix32d B = body.tangent_basis();
+      const double w = 4e6;
+      seen.push_back({id, PlaneId(std::int64_t(j)),
+                      Moments(w, middle, B * (0.2 * w) * B.transpose(), 400), ExtrinsicsId::kNone,
+                      1.0});
+    }
+    const auto begin = std::chrono::steady_clock::now();
+    guess = i == 0 ? SE3() : window.pose(KeyframeId(i - 1)) * odometry;
+    window.add_keyframe(id, {}, guess);
+    if (i == 0) window.add(PriorFactor{id, guess, Matrix6d::Identity() * 1e4});
+    if (i > 0) window.add(OdometryFactor{KeyframeId(i - 1), id, odometry, S});
+    for (const auto& s : seen) {
+      const Plane& plane = planes[static_cast<std::size_t>(s.plane)];
+      if (!window.contains(s.plane)) {
+        const Eigen::Vector3d anchor = plane.project(Eigen::Vector3d::Zero());
+        window.add_plane(s.plane, plane.about(anchor), anchor);
+      }
+      window.add(s);
+    }
+    window.solve();
+    window.marginalize();
+    double height = 0;
+    for (int k = 0; k < 500; ++k) {
+      const Eigen::Vector2d c(0.1 * k, 0);
+      const auto cell =
+          solve_surfel(Moments(1e6, {0.1 * k, 0, 0.001}, scatter * 1e3, 60), c, &floor, {});
+      height += cell ? cell->height : 0;
+    }
+    if (height < 0) std::puts("");  // keeps the loop
+    const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
+    ms.push_back(took.count());
+  }
+  return ms;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    if (argc > 1) plane_graph(argv[1]);
+    std::vector<std::vector<double>> runs;
+    for (int k = 0; k < 3; ++k) runs.push_back(big_window(400, 1));
+    auto ms = least(runs);
+    ms.erase(ms.begin(), ms.begin() + 40);  // until it is full
+    print_times("20 keyframes, 60 planes, 500 surfels", ms);
+  } catch (const Error& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 2;
+  }
+  return 0;
+}
