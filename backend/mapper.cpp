@@ -20,6 +20,12 @@ double milliseconds_since(std::chrono::steady_clock::time_point begin) {
       .count();
 }
 
+const MapperOptions& checked(const MapperOptions& options) {
+  const auto problems = options.problems();
+  if (!problems.empty()) throw Error(problems.front());
+  return options;
+}
+
 bool usable(const SE3& T) {
   return T.translation().allFinite() && T.so3().quaternion().coeffs().allFinite();
 }
@@ -52,13 +58,10 @@ AddResult Mapper::add(const Observations& observations, const SE3& T_prev_body,
 }
 
 Mapper::Mapper(const MapperOptions& options)
-    : options_(options),
+    : options_(checked(options)),
       window_(options.window),
       index_(options.association.max_gap_m),
-      surfels_(options.surfel_cell_m) {
-  const auto problems = options.problems();
-  if (!problems.empty()) throw Error(problems.front());
-}
+      surfels_(options.surfel_cell_m) {}
 
 void Mapper::Relative::advance(const SE3& T_prev_body, const Matrix6d& increment) {
   const Matrix6d A = T_prev_body.inverse().adjoint();

@@ -4,6 +4,7 @@
 
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/mapper_step.hpp>
+#include <lamina/backend/plane_split.hpp>
 
 namespace lamina {
 namespace {
@@ -97,6 +98,25 @@ RefineResult Mapper::refine(const RefineOptions& options,
                             const std::function<bool(const RefineProgress&)>& progress) {
   const SE3 before = keyframe_ == KeyframeId::kNone ? SE3() : graph_.at(keyframe_).T_map_body;
   RefineResult result = lamina::refine(graph_, options, progress);
+  const auto split = split_rejected(graph_, result.rejected);
+  for (const auto& [old, made] : split) {
+    // The new plane's outline is what its keyframes saw.
+    std::set<KeyframeId> seen_from;
+    for (const auto& f : graph_.plane_moments) {
+      if (f.plane == made) seen_from.insert(f.keyframe);
+    }
+    auto& pieces = outlines_[old];
+    for (const auto& piece : pieces) {
+      if (seen_from.count(piece.keyframe)) outlines_[made].push_back(piece);
+    }
+    std::erase_if(pieces, [&](const OutlinePiece& p) { return seen_from.count(p.keyframe) > 0; });
+  }
+  if (!split.empty()) {
+    const RefineResult first = result;
+    result = lamina::refine(graph_, options, progress);
+    result.iterations += first.iterations;
+    result.solve_s += first.solve_s;
+  }
   index_.clear();
   for (auto& plane : graph_.planes) {
     if (!plane.active) continue;

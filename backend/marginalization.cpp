@@ -9,8 +9,8 @@
 namespace lamina {
 namespace {
 
-// Rows below this, relative to the largest entry, carry nothing.
-constexpr double kZeroRow = 1e-14;
+// Rows below this, relative to the largest entry, are the rounding of the rotations.
+constexpr double kZeroRow = 1e-12;
 
 }  // namespace
 

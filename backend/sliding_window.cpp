@@ -341,8 +341,10 @@ WindowReport SlidingWindow::solve() {
                        2 * gravity_.size() + 3 * holds_.size() + 4 * sightings_.size());
   report.chi_squared = cost;
   report.finite = std::isfinite(cost);
+  bool undamped = true;
   while (report.finite && report.iterations < options_.iterations) {
     ++report.iterations;
+    undamped = lambda == 0;
     if (!system_.factor(lambda)) {
       report.finite = false;
       break;
@@ -365,6 +367,13 @@ WindowReport SlidingWindow::solve() {
     if (!(better < cost) || !std::isfinite(better)) {
       poses_ = poses;
       planes_ = planes;
+      // What it promised is below the cost's own rounding: this is the minimum.
+      if (promised <= 1e-9 * cost) {
+        report.converged = true;
+        undamped = false;
+        build(true);
+        break;
+      }
       lambda = lambda == 0 ? 1e-4 : 10 * lambda;
       build(true);
       continue;
@@ -373,7 +382,8 @@ WindowReport SlidingWindow::solve() {
     lambda = lambda < 1e-6 ? 0 : 0.1 * lambda;
     build(true);
   }
-  if (report.finite && !report.converged) report.finite = system_.factor(0);
+  // Covariances come from the undamped equations.
+  if (report.finite && (!report.converged || !undamped)) report.finite = system_.factor(0);
   report.held_directions = system_.held();
   solved_ = report.finite;
   return report;

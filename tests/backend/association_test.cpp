@@ -7,6 +7,7 @@
 #include <lamina/backend/place_recognition.hpp>
 #include <lamina/backend/plane_index.hpp>
 #include <lamina/backend/plane_labels.hpp>
+#include <lamina/backend/plane_split.hpp>
 #include <lamina/backend/surfel_estimator.hpp>
 
 namespace lamina {
@@ -202,6 +203,33 @@ TEST(Labels, ByTiltHeightAndPath) {
   std::vector<MapPlane> none;
   label_planes(none, path, {});
   EXPECT_TRUE(none.empty());
+}
+
+// Two sides of a roof taken for one: what the refiner rejected becomes the other side.
+TEST(SplitRejected, MakesAPlaneOfWhatAgrees) {
+  Graph graph;
+  const Plane left({-0.5, 0, 1}, 0), right({0.5, 0, 1}, 0);
+  const PlaneId id = graph.add_plane(PlaneLandmark::at(left, {1, 0, 0.5}));
+  std::vector<FactorRef> rejected;
+  for (int i = 0; i < 8; ++i) {
+    const KeyframeId keyframe = graph.add_keyframe({}, SE3::from_translation({0, 0.3 * i, 0}));
+    const Plane& side = i < 4 ? left : right;
+    const Moments m = square_of(side, {i < 4 ? 1.0 : -1.0, 0, 0}).moments_body;
+    graph.plane_moments.push_back({keyframe, id, m, ExtrinsicsId::kNone, i < 4 ? 1.0 : 0.0});
+    if (i >= 4) rejected.push_back({FactorType::kPlaneMoments, std::size_t(i)});
+  }
+  // One that fits neither stays rejected.
+  graph.plane_moments.back().moments_body = square_of(Plane({0, 0, 1}, 7), {0, 0, 7}).moments_body;
+  const auto split = split_rejected(graph, rejected);
+  ASSERT_EQ(split.size(), 1u);
+  EXPECT_EQ(split[0].first, id);
+  EXPECT_LT(angle_between(graph.at(split[0].second).plane_map(), right), 1e-6);
+  EXPECT_EQ(graph.plane_moments[5].plane, split[0].second);
+  EXPECT_EQ(graph.plane_moments[5].weight, 1);
+  EXPECT_EQ(graph.plane_moments[7].plane, id);
+  EXPECT_EQ(graph.plane_moments[7].weight, 0);
+  EXPECT_TRUE(graph.problems().empty());
+  EXPECT_TRUE(split_rejected(graph, {}).empty());
 }
 
 RecognitionPlane known(int id, const Plane& plane, const Eigen::Vector3d& middle) {

@@ -60,7 +60,8 @@ PlaneGraph renoised(const PlaneGraph& original, unsigned seed) {
     // In-plane directions carried along with the tilt.
     const SO3 turn = SO3::exp(truth.normal().cross(B * tilt));
     const Matrix32d Bs = turn.matrix() * B;
-    o.moments_body = Moments(m.weight(), c + rho * seen.normal(), Bs * S * Bs.transpose(), m.count());
+    o.moments_body =
+        Moments(m.weight(), c + rho * seen.normal(), Bs * S * Bs.transpose(), m.count());
   }
   return p;
 }
@@ -93,9 +94,11 @@ TEST(WindowOnPlaneGraph, IsAsSureAsItMayBe) {
     WindowOptions whole = options;
     whole.keyframes = 60;
     whole.idle_keyframes = 0;
-    long_ate += ate(run_window_on_plane_graph(problem, whole).T_map_body, problem.truth_map_body) / 6;
+    long_ate +=
+        ate(run_window_on_plane_graph(problem, whole).T_map_body, problem.truth_map_body) / 6;
   }
-  std::printf("nees %.2f over %d runs; ate %.4f, lag 60 %.4f (6 runs)\n", nees, runs, window_ate, long_ate);
+  std::printf("nees %.2f over %d runs; ate %.4f, lag 60 %.4f (6 runs)\n", nees, runs, window_ate,
+              long_ate);
   EXPECT_GT(nees, 5.5);
   EXPECT_LT(nees, 6.5);
 }
