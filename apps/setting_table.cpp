@@ -98,9 +98,9 @@ std::vector<Setting> mapper_rows() {
       LAMINA_ROW("places.min_planes", mapper.place.min_planes,
                  "planes that must agree before a recognition is believed"),
       LAMINA_ROW("surfels.cell_m", mapper.surfel_cell_m, "m, side of a surfel of the floor"),
-      LAMINA_ROW("labels.level_tilt_deg", mapper.level_tilt_deg,
+      LAMINA_ROW("labels.level_tilt_deg", mapper.labels.level_tilt_deg,
                  "degrees within which a plane is level"),
-      LAMINA_ROW("labels.wall_tilt_deg", mapper.wall_tilt_deg,
+      LAMINA_ROW("labels.wall_tilt_deg", mapper.labels.wall_tilt_deg,
                  "degrees within which a plane is upright"),
   };
 }
