@@ -1,0 +1,70 @@
+// Farthest contiguous floor: one way outward, pixel by pixel, until the floor ends.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <lamina/frontend/floor/floor_result.hpp>
+#include <lamina/frontend/obstacles/obstacle_scan.hpp>
+#include <lamina/frontend/obstacles/scan_options.hpp>
+#include <lamina/frontend/obstacles/scan_view.hpp>
+
+namespace lamina {
+
+/// A plane the robot may drive on, in disparity and in the body frame.
+struct WalkPlane {
+  Eigen::Vector3f disparity = Eigen::Vector3f::Zero();  ///< d = x (u - cx) + y (v - cy) + z
+  Eigen::Vector3f body = Eigen::Vector3f::Zero();       ///< z = x X + y Y + z
+  float camera_height = 0;  ///< m, distance of the optical centre from the plane
+  bool entered = false;     ///< a walk came over it: it can be driven on
+};
+
+/// The planes of a result that are floor (the dominant one first), and which label is which.
+struct WalkPlanes {
+  std::vector<WalkPlane> planes;
+  std::vector<std::int16_t> of_label;  ///< pixel label (0: none) -> index in planes, -1: no floor
+};
+WalkPlanes walk_planes(const FloorResult& floor, const ScanView& view, const ScanOptions& options);
+
+/// How a walk ended.
+struct WalkEnd {
+  BeamCause cause = BeamCause::kNone;
+  double range = 0;      ///< m from the camera's foot, along the line: where floor ends
+  double footprint = 0;  ///< m of floor one sample covers there
+  double gap = 0;        ///< m of unseen ground before what ended the walk; 0: none
+  float height = 0;      ///< m, body z of the floor there
+  int sample = -1;       ///< last sample on floor, -1: no floor was met
+  bool sharp = false;    ///< floor was seen without holes up to there
+  bool shadow = false;   ///< the gap behind is what a nearer thing hides from the second camera
+};
+
+/// One walk. Each pixel's disparity is compared with that of the floor it should show:
+/// - within the tolerance (max_step_m or noise_sigmas of it, whichever is more): floor. A running
+///   mean over local_floor_m follows the floor's unevenness; a pixel labelled as another level or
+///   ramp takes over when that surface meets the one walked on within max_step_m.
+/// - min_run_px pixels nearer: an obstacle. The walk ends before them.
+/// - min_run_px pixels farther: a hole. It begins at the last floor; where the sensor faded before
+///   (grazing incidence), between the last floor and the virtual floor point of the first one.
+/// - missing pixels: bridged when floor goes on at the predicted height and the unseen ground is
+///   short (max_gap_m, or max_faded_gap_m where the floor fades). Otherwise an edge of knowledge;
+///   the caller makes it a ledge where its neighbours agree (find_ledges).
+WalkEnd walk(const ScanView& view, const WalkLine& line, std::span<const std::uint8_t> labels,
+             WalkPlanes& planes, const ScanOptions& options);
+
+/// Edges of knowledge whose floor ended sharply, at less than grazing incidence and in no shadow,
+/// become ledges where most of the four neighbours on each side end alike, within three pixels a
+/// line: noise and fading sensors make no straight rims.
+void find_ledges(const ScanView& view, const std::vector<WalkLine>& lines,
+                 const ScanOptions& options, std::vector<WalkEnd>& ends);
+
+/// Rims are taken as the mean over up to two neighbours on each side that end alike: a pixel's
+/// footprint at 3 m is 6 cm for a camera 0.3 m high.
+void smooth_edges(std::vector<WalkEnd>& ends);
+
+/// Ends of walks as beams of the body frame: straight pieces between neighbouring ends that belong
+/// together, single beams otherwise. `out` gives the beams.
+void draw_ends(const ScanView& view, const std::vector<WalkLine>& lines,
+               const std::vector<WalkEnd>& ends, ObstacleScan& out);
+
+}  // namespace lamina

@@ -1,0 +1,102 @@
+// The steps of one frame.
+#include <lamina/frontend/obstacles/obstacle_scanner.hpp>
+
+#include <cmath>
+
+#include <lamina/frontend/obstacles/document_methods.hpp>
+#include <lamina/frontend/obstacles/positive_scan.hpp>
+#include <lamina/models/error.hpp>
+
+namespace lamina {
+namespace {
+
+constexpr double kDegree = 0.017453292519943295;
+
+ScanOptions checked(const ScanOptions& options) {
+  const auto problems = options.problems();
+  if (!problems.empty()) throw Error(problems.front());
+  return options;
+}
+
+// Beams on a fixed lattice, so that small changes of the mounting do not move them.
+ObstacleScan make_beams(const ScanView& view, Timestamp stamp, const ScanOptions& options) {
+  const double step =
+      options.angle_increment_deg > 0
+          ? options.angle_increment_deg * kDegree
+          : std::max(0.01, std::round(std::atan(1 / view.fx) / kDegree * 100) / 100) * kDegree;
+  const double from = std::ceil(view.azimuth_from / step), to = std::floor(view.azimuth_to / step);
+  const double beams = std::min(std::max(0.0, to - from + 1), std::floor(2 * M_PI / step));
+  const double range =
+      options.range_max_m > 0 ? options.range_max_m : std::min(100.0, view.noise.max_range);
+  return ObstacleScan::empty(stamp, from * step, step, static_cast<std::size_t>(beams), range);
+}
+
+}  // namespace
+
+struct ObstacleScanner::State {
+  explicit State(const ScanOptions& o) : options(o) {}
+
+  ObstacleScan ours(const ScanView& view, const FloorResult& floor, ObstacleScan beams);
+  ObstacleScan document(const ScanView& view, const ObstacleScan& beams) const;
+
+  ScanOptions options;
+  DisparityImage disparities;
+  PositiveBuffers buffers;
+  std::vector<WalkLine> lines;
+  std::vector<WalkEnd> ends;
+};
+
+ObstacleScan ObstacleScanner::State::ours(const ScanView& view, const FloorResult& floor,
+                                          ObstacleScan negative) {
+  ObstacleScan positive = negative;
+  WalkPlanes planes = walk_planes(floor, view, options);
+  const std::span<const std::uint8_t> labels(floor.pixel_labels);
+  lines.clear();
+  ends.clear();
+  if (!planes.planes.empty()) {
+    const double step = std::atan(1 / view.fx);
+    const int count = static_cast<int>((view.azimuth_to - view.azimuth_from) / step);
+    for (int j = 0; j < count; ++j) {
+      lines.push_back(view.line(view.azimuth_from + (j + 0.5) * step));
+      ends.push_back(walk(view, lines.back(), labels, planes, options));
+    }
+    find_ledges(view, lines, options, ends);
+    smooth_edges(ends);
+    draw_ends(view, lines, ends, negative);
+  }
+  positive_scan(view, labels, planes, options, buffers, positive);
+  return combine(positive, negative);
+}
+
+ObstacleScan ObstacleScanner::State::document(const ScanView& view,
+                                              const ObstacleScan& beams) const {
+  ObstacleScan positive = beams, farthest = beams, below = beams;
+  document_positive_scan(view, options.document_tolerance_m, options.robot_height_m, positive);
+  document_farthest_point(view, options.document_tolerance_m, farthest);
+  document_virtual_floor(view, options.document_tolerance_m, below);
+  return combine(combine(farthest, below), positive);
+}
+
+ObstacleScanner::ObstacleScanner(const ScanOptions& options)
+    : state_(std::make_unique<State>(checked(options))) {}
+ObstacleScanner::~ObstacleScanner() = default;
+ObstacleScanner::ObstacleScanner(ObstacleScanner&&) noexcept = default;
+ObstacleScanner& ObstacleScanner::operator=(ObstacleScanner&&) noexcept = default;
+
+const ScanOptions& ObstacleScanner::options() const { return state_->options; }
+
+ObstacleScan ObstacleScanner::process(const DepthFrame& frame, const FloorResult& floor) {
+  State& s = *state_;
+  fill_disparity(frame, s.disparities);
+  const CameraModel& camera = frame.camera.camera;
+  if (s.disparities.d.empty() || !(camera.fx > 0 && camera.fy > 0) || frame.width() < 2) {
+    return ObstacleScan::empty(frame.stamp, 0, 0.01, 0, 0);
+  }
+  const ScanView view(frame, s.disparities,
+                      s.options.leveled ? floor.T_body_camera : camera.T_body_camera);
+  ObstacleScan beams = make_beams(view, frame.stamp, s.options);
+  if (s.options.method == NegativeMethod::kDocument) return s.document(view, beams);
+  return s.ours(view, floor, std::move(beams));
+}
+
+}  // namespace lamina
