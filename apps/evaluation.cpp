@@ -1,12 +1,82 @@
 // Gathers trajectory, planes and grid of a map and of the truth.
 #include <lamina/apps/evaluation.hpp>
 
+#include <cmath>
+
 #include <lamina/io/grid_files.hpp>
 #include <lamina/io/map_files.hpp>
 #include <lamina/models/error.hpp>
+#include <lamina/sim/truth.hpp>
 
 namespace lamina::apps {
+namespace {
+
 namespace fs = std::filesystem;
+
+std::vector<ReferencePlane> reference_planes(const sim::Truth& truth) {
+  std::vector<ReferencePlane> planes;
+  for (const sim::TruthPlane& plane : truth.planes) {
+    planes.push_back({plane.id, plane.plane_map, plane.outline_map,
+                      plane.sightings >= 3 ? plane.hits : std::int64_t{0}});
+  }
+  return planes;
+}
+
+NavigabilityGrid true_grid(const sim::TruthGrid& truth) {
+  NavigabilityGrid grid(truth.resolution);
+  for (int j = 0; j < truth.height; ++j) {
+    for (int i = 0; i < truth.width; ++i) {
+      const std::size_t k = truth.index(i, j);
+      if (std::isnan(truth.navigability[k])) continue;
+      const Eigen::Vector2d center(truth.x0 + (i + 0.5) * truth.resolution,
+                                   truth.y0 + (j + 0.5) * truth.resolution);
+      grid.at_or_new(cell_of(center, truth.resolution)) = {truth.surface[k], 0.0f,
+                                                           truth.navigability[k], 1.0f};
+    }
+  }
+  return grid;
+}
+
+// The mean rotation and offset over whole poses: an alignment that a straight path determines, too.
+SE3 align_poses(const Trajectory& estimate, const Trajectory& reference) {
+  Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+  std::optional<Eigen::Vector4d> first;
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> pairs;
+  for (const auto& [stamp, pose] : estimate) {
+    const auto truth = reference.at(stamp, 0.5);
+    if (!truth) continue;
+    const Eigen::Vector4d q = (truth->so3() * pose.so3().inverse()).quaternion().coeffs();
+    if (!first) first = q;
+    sum += q.dot(*first) < 0 ? Eigen::Vector4d(-q) : q;
+    pairs.emplace_back(truth->translation(), pose.translation());
+  }
+  if (pairs.empty()) return SE3();
+  const SO3 R{Eigen::Quaterniond(sum)};
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();
+  for (const auto& [a, b] : pairs) t += (a - R * b) / static_cast<double>(pairs.size());
+  return SE3(R, t);
+}
+
+void compare_with_simulation(const fs::path& map, const sim::Truth& truth,
+                             const SE3& T_reference_map, Evaluation& evaluation) {
+  if (fs::exists(map / "planes.json")) {
+    evaluation.planes = plane_errors(io::read_planes_json(map / "planes.json"),
+                                     reference_planes(truth), T_reference_map);
+  }
+  if (truth.grid.width > 0 && fs::exists(map / "grid" / "grid.yaml")) {
+    // The grid is compared as it stands: its cells cannot be turned without blurring them.
+    const double turned = T_reference_map.so3().log().norm();
+    const double moved = T_reference_map.translation().norm();
+    if (turned > 0.01 || moved > 0.1) {
+      evaluation.remarks.push_back("the map lies " + std::to_string(moved) + " m and " +
+                                   std::to_string(turned) +
+                                   " rad off the truth: grids compared as they stand");
+    }
+    evaluation.grid = grid_errors(io::to_grid(io::read_grid(map / "grid")), true_grid(truth.grid));
+  }
+}
+
+}  // namespace
 
 Evaluation evaluate(const fs::path& map, const fs::path& truth) {
   Evaluation evaluation;
@@ -15,13 +85,23 @@ Evaluation evaluate(const fs::path& map, const fs::path& truth) {
   }
   const Trajectory estimate = Trajectory::read_tum(map / "trajectory.txt");
   const fs::path poses = fs::is_directory(truth) ? truth / "groundtruth.txt" : truth;
+  SE3 T_reference_map;
   if (!fs::exists(poses)) {
     evaluation.remarks.push_back(poses.string() + " does not exist: no trajectory compared");
   } else {
-    evaluation.trajectory = trajectory_error(estimate, Trajectory::read_tum(poses));
+    const Trajectory reference = Trajectory::read_tum(poses);
+    evaluation.trajectory = trajectory_error(estimate, reference);
     if (!evaluation.trajectory) {
       throw Error(poses.string() + ": found no times that meet those of the map's trajectory, " +
                   "expected the reference of the same recording");
+    }
+    T_reference_map = align_poses(estimate, reference);
+  }
+  if (fs::is_directory(truth)) {
+    if (const auto known = sim::read_truth(truth)) {
+      compare_with_simulation(map, *known, T_reference_map, evaluation);
+    } else {
+      evaluation.remarks.push_back("no truth.yaml: planes and grid not compared");
     }
   }
   return evaluation;

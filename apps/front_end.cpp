@@ -13,12 +13,18 @@ Matrix6d still_covariance() {
   return variances.asDiagonal();
 }
 
+// Tracks are predicted with the wheels' own uncertainty.
+TrackingOptions with_odometry(TrackingOptions tracking, const OdometryModel& odometry) {
+  tracking.odometry = odometry;
+  return tracking;
+}
+
 }  // namespace
 
 FrontEnd::FrontEnd(const Settings& settings, const Calibration& calibration)
     : wheels_(calibration.odometry),
       floor_(settings.floor),
-      segments_(settings.segments, settings.tracking),
+      segments_(settings.segments, with_odometry(settings.tracking, calibration.odometry)),
       scan_odometry_(settings.scan_odometry) {}
 
 std::optional<Step> FrontEnd::process(const Measurement& measurement, io::Metrics& metrics) {

@@ -32,9 +32,10 @@ void set_up_log(bool quiet) {
 
 void refine(Mapper& mapper, MapOutput& output) {
   const Trajectory before = mapper.trajectory();
-  const RefineResult result = mapper.refine(RefinerOptions{});
+  const RefineResult result = mapper.refine(RefineOptions{});
   output.set_refinement(result, before, mapper.trajectory());
-  if (!result.converged()) spdlog::warn("refinement: {}", to_string(result.status));
+  if (result.status != SolveStatus::kConverged)
+    spdlog::warn("refinement: {}", to_string(result.status));
 }
 
 // The online line: each step is mapped as it comes.
@@ -110,7 +111,7 @@ void map_online(Recording& recording, FrontEnd& front_end, const Settings& setti
       if (book.hand_over(loops, mapper) > 0) {
         output.metrics.counts["scan_loops"] += static_cast<double>(loops.size());
         const auto timer = output.metrics.time("refine");
-        mapper.refine(RefinerOptions{});
+        mapper.refine(RefineOptions{});
       }
     }
     return plane_count(mapper);

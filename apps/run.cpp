@@ -10,7 +10,9 @@
 namespace lamina::apps {
 namespace {
 
-std::vector<Verb> all_verbs() { return {map_verb(), evaluate_verb(), info_verb(), config_verb()}; }
+std::vector<Verb> all_verbs() {
+  return {map_verb(), refine_verb(), simulate_verb(), evaluate_verb(), info_verb(), config_verb()};
+}
 
 // One line for what the user typed wrong: the verb or option that was meant, where one is near.
 std::string usage_line(const CLI::ParseError& error, const CLI::App& app, int argc,

@@ -55,7 +55,7 @@ void fields(A& a, OutlineGrid& v) {
   if constexpr (A::kReading) {
     v = OutlineGrid(cell_size);
     for (std::size_t k = 0; k + 1 < flat.size(); k += 2) {
-      v.add(Eigen::Vector2d((flat[k] + 0.5) * cell_size, (flat[k + 1] + 0.5) * cell_size));
+      v.add_cell({flat[k], flat[k + 1]});
     }
   }
 }
