@@ -1,0 +1,25 @@
+// Scanner's view to navigability.
+#include <lamina/grid/occupancy_fill.hpp>
+
+#include <cmath>
+
+#include <lamina/models/error.hpp>
+
+namespace lamina {
+
+void fill_from_occupancy(NavigabilityGrid& grid, const OccupancyGrid& occupancy,
+                         const OccupancyFill& options) {
+  LAMINA_CHECK(std::abs(grid.resolution() - occupancy.cells().resolution()) < 1e-9);
+  occupancy.cells().for_each([&](const CellIndex& c, const OccupancyCell& seen) {
+    if (!seen.seen) return;
+    const auto p = static_cast<double>(occupancy.probability(c));
+    const bool blocked = p > options.occupied;
+    if (!blocked && p >= options.free) return;
+    if (const NavigabilityCell* known = grid.find(c); known != nullptr && known->known()) return;
+    NavigabilityCell& cell = grid.at_or_new(c);
+    cell.navigability = blocked ? 0.0F : 1.0F;
+    cell.confidence = static_cast<float>(blocked ? p : (1 - p) * options.floor_trust);
+  });
+}
+
+}  // namespace lamina

@@ -1,0 +1,24 @@
+// Navigability where only a 2D scanner has looked.
+#pragma once
+
+#include <lamina/grid/navigability_grid.hpp>
+#include <lamina/grid/occupancy_grid.hpp>
+
+namespace lamina {
+
+struct OccupancyFill {
+  double occupied = 0.65;    ///< probability above which a cell is blocked, as map_server has it
+  double free = 0.196;       ///< and below which it is free
+  double floor_trust = 0.5;  ///< how often what is clear at the scanner's height is floor: nothing
+                             ///< looked at steps, holes and what is lower
+};
+
+/// For maps in which no floor was seen at all (Rasterizer::floor_seen() is false): unknown cells of
+/// `grid` that the scanner saw free get navigability 1 and confidence (1 - p) floor_trust, those it
+/// saw occupied 0 and p. Height and slope stay unknown. Known cells are left as they are. Both
+/// grids must have one resolution. Where floor was seen anywhere this is not for use: there, not
+/// seen means not known.
+void fill_from_occupancy(NavigabilityGrid& grid, const OccupancyGrid& occupancy,
+                         const OccupancyFill& options = {});
+
+}  // namespace lamina
