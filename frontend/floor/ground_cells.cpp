@@ -10,6 +10,8 @@ constexpr int kPatchU = 8, kPatchV = 2;
 constexpr float kPatchPixels = kPatchU * kPatchV;
 // Patches further than this from their floor are not floor; the test of low obstacles ends here.
 constexpr float kBand = 0.1F;
+// From here on a large plane is another level or a ramp (rad, m).
+constexpr double kOwnSlope = 0.026, kOwnHeight = 0.04;
 
 struct Rigid {
   Eigen::Matrix3f R;
@@ -65,8 +67,10 @@ void GroundMapper::choose_references(const FloorResult& result) {
     const ExtractedPlane& plane = result.planes[k];
     const bool dominant = static_cast<int>(k) == result.dominant;
     if (!dominant && plane.kind != PlaneKind::kSubDominant) continue;
+    // A region that hugs the floor may be floor and plates mixed: it must not hide the plates.
+    const bool distinct = plane.slope > kOwnSlope || std::abs(plane.height) > kOwnHeight;
     const bool large = plane.area >= options_.min_level_area_m2;
-    reference_[k] = dominant || large ? static_cast<int>(k) : result.dominant;
+    reference_[k] = dominant || (large && distinct) ? static_cast<int>(k) : result.dominant;
   }
 }
 
