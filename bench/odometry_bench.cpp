@@ -1,4 +1,5 @@
 // Accuracy and speed of scan odometry, loop closing and depth odometry on recordings.
+//   odometry_bench depth RECORDING [TRUTH.txt]
 //   odometry_bench scans RECORDING [TRUTH.txt|-] [PICTURE]
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -10,6 +11,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string>
 
+#include <lamina/frontend/odometry/depth_odometry.hpp>
 #include <lamina/frontend/odometry/loop_closer.hpp>
 #include <lamina/frontend/odometry/scan_odometry.hpp>
 #include <lamina/models/trajectory.hpp>
@@ -73,7 +75,7 @@ void print_ate(const char* what, const Trajectory& estimate, const Trajectory& t
     sum += e * e;
     worst = std::max(worst, e);
   }
-  std::printf("%-28s ATE rmse %.3f m, max %.3f m over %zu poses\n", what,
+  std::printf("%-28s ATE rmse %.4f m, max %.4f m over %zu poses\n", what,
               std::sqrt(sum / static_cast<double>(a.size())), worst, a.size());
 }
 
@@ -200,10 +202,48 @@ int scans(int argc, char** argv) {
   return 0;
 }
 
+int depth(int argc, char** argv) {
+  const auto recording = open_recording(argv[2]);
+  Trajectory truth, poses;
+  if (argc > 3) truth = Trajectory::read_tum(std::filesystem::path(argv[3]));
+  DepthOdometry odometry;
+  SE3 T;
+  int frames = 0, keys = 0, degenerate = 0, predicted = 0;
+  double spent = 0, matched = 0, slowest = 0;
+  while (const auto m = recording->next()) {
+    const auto* frame = std::get_if<DepthFrame>(&*m);
+    if (!frame) continue;
+    const double t0 = seconds_now();
+    const DepthMotion motion = odometry.process(*frame);
+    const double t = seconds_now() - t0;
+    spent += t;
+    slowest = std::max(slowest, t);
+    T = T * motion.T_prev_curr_body;
+    poses.add(frame->stamp, T);
+    ++frames;
+    keys += motion.key_frame;
+    matched += motion.matched;
+    degenerate += motion.status == ScanMotion::Status::kDegenerate;
+    predicted += motion.status == ScanMotion::Status::kPredicted;
+  }
+  std::printf(
+      "%d frames, %.2f ms a frame (most %.2f), %d key frames, degenerate %d, predicted %d, "
+      "matched %.3f\n",
+      frames, 1e3 * spent / frames, 1e3 * slowest, keys, degenerate, predicted, matched / frames);
+  const SE3 end = poses.back().pose;
+  std::printf("end at %.3f %.3f %.3f m, turned %.2f deg, length %.2f m\n", end.translation().x(),
+              end.translation().y(), end.translation().z(), end.so3().log().norm() * 180 / M_PI,
+              poses.length());
+  print_ate("depth odometry", poses, truth);
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc > 2 && std::strcmp(argv[1], "scans") == 0) return scans(argc, argv);
+  if (argc > 2 && std::strcmp(argv[1], "depth") == 0) return depth(argc, argv);
+  std::printf("usage: odometry_bench depth RECORDING [TRUTH.txt]\n");
   std::printf("usage: odometry_bench scans RECORDING [TRUTH.txt|-] [PICTURE]\n");
   return 2;
 }

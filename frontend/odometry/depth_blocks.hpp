@@ -1,0 +1,43 @@
+// A depth image as oriented points of small pixel blocks: what depth odometry works on.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include <lamina/sensors/depth_frame.hpp>
+
+namespace lamina {
+
+struct DepthBlockOptions {
+  int block = 4;           ///< px a side: averages noise, and a quarter of the edges remain
+  int reach = 2;           ///< blocks to each side over which a normal is fitted
+  double edge_sigmas = 6;  ///< a block whose disparities spread more holds an edge and is left out
+  double flat_sigmas = 3;  ///< rms of the normal's fit (in sigmas of a block) that is still a plane
+  double max_depth = 8;    ///< m
+};
+
+/// A block's mean point and the plane through it and its neighbours. Camera frame, m.
+struct DepthBlock {
+  Eigen::Vector3f point = Eigen::Vector3f::Zero();
+  Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, towards the camera; zero: none
+  float sigma = 0;  ///< m, 1-sigma of the point along its normal; 0: no point
+  bool valid() const { return sigma > 0; }
+  bool oriented() const { return normal.z() < 0; }
+};
+
+struct DepthBlocks {
+  int width = 0, height = 0;              ///< blocks
+  double fx = 0, fy = 0, cx = 0, cy = 0;  ///< of the image of blocks: block (u, v) has centre u, v
+  std::vector<DepthBlock> blocks;         ///< row-major
+  const DepthBlock& at(int u, int v) const {
+    return blocks[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) +
+                  static_cast<std::size_t>(u)];
+  }
+};
+
+/// Means are taken, and planes are fitted, in disparity, where structured light and stereo have
+/// constant noise and a plane is linear: d = a x + b y + c over normalised image coordinates gives
+/// the normal -(a, b, c)/|(a, b, c)|.
+DepthBlocks depth_blocks(const DepthFrame& frame, const DepthBlockOptions& options = {});
+
+}  // namespace lamina

@@ -1,0 +1,251 @@
+// Frame to key frames by projective point-to-plane Gauss-Newton.
+#include <lamina/frontend/odometry/depth_odometry.hpp>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+
+namespace lamina {
+namespace {
+
+struct Sums {
+  Matrix6d H = Matrix6d::Zero();
+  Vector6d b = Vector6d::Zero();
+  double squares = 0;
+  int used = 0, tried = 0;
+};
+
+struct Gate {
+  float distance, sigmas, beside, cosine;
+};
+
+/// Normal equations of one key frame for T_key_current (right tangent).
+void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T_key_current,
+                int stride, const Gate& gate, Sums& sums) {
+  const Eigen::Matrix3f R = T_key_current.so3().matrix().cast<float>();
+  const Eigen::Vector3f t = T_key_current.translation().cast<float>();
+  const auto fx = static_cast<float>(key.fx), fy = static_cast<float>(key.fy);
+  const auto cx = static_cast<float>(key.cx + 0.5), cy = static_cast<float>(key.cy + 0.5);
+  for (int v = 0; v < current.height; v += stride) {
+    // Sums of a row in float, of rows in double: fast, and safe.
+    Eigen::Matrix<float, 6, 6> H = Eigen::Matrix<float, 6, 6>::Zero();
+    Eigen::Matrix<float, 6, 1> b = Eigen::Matrix<float, 6, 1>::Zero();
+    for (int u = 0; u < current.width; u += stride) {
+      const DepthBlock& c = current.at(u, v);
+      if (!c.oriented()) continue;
+      ++sums.tried;
+      const Eigen::Vector3f q = R * c.point + t;
+      if (q.z() < 0.1F) continue;
+      const float fu = fx * q.x() / q.z() + cx, fv = fy * q.y() / q.z() + cy;
+      if (!(fu >= 0 && fv >= 0 && fu < static_cast<float>(key.width) &&
+            fv < static_cast<float>(key.height))) {
+        continue;
+      }
+      const DepthBlock& k = key.at(static_cast<int>(fu), static_cast<int>(fv));
+      if (!k.oriented()) continue;
+      const Eigen::Vector3f n = R.transpose() * k.normal;
+      if (n.dot(c.normal) < gate.cosine) continue;
+      const float e = k.normal.dot(q - k.point);
+      const float variance = c.sigma * c.sigma + k.sigma * k.sigma;
+      const float limit = std::max(gate.distance, gate.sigmas * std::sqrt(variance));
+      if (std::abs(e) > limit || (q - k.point).squaredNorm() > gate.beside * q.z() * q.z())
+        continue;
+      // Geman-McClure-like: half weight at half the gate.
+      const float r = e / (0.5F * limit), root = 1 + r * r;
+      const float w = 1 / (variance * root * root);
+      Eigen::Matrix<float, 6, 1> J;
+      J << n, c.point.cross(n);
+      H.noalias() += (w * J) * J.transpose();
+      b -= (w * e) * J;
+      sums.squares += static_cast<double>(e * e);
+      ++sums.used;
+    }
+    sums.H += H.cast<double>();
+    sums.b += b.cast<double>();
+  }
+}
+
+double median_depth(const DepthBlocks& blocks) {
+  std::vector<float> z;
+  for (std::size_t i = 0; i < blocks.blocks.size(); i += 7) {
+    if (blocks.blocks[i].valid()) z.push_back(blocks.blocks[i].point.z());
+  }
+  if (z.empty()) return 1;
+  std::nth_element(z.begin(), z.begin() + static_cast<std::ptrdiff_t>(z.size() / 2), z.end());
+  return static_cast<double>(z[z.size() / 2]);
+}
+
+/// Keeps what surfaces hold: H and b without directions below `least` and `relative` of the
+/// strongest, angles brought to metres by `lever`. Returns how many are missing.
+int without_weak_directions(Matrix6d& H, Vector6d& b, double lever, double least, double relative) {
+  Vector6d unit;
+  unit << 1, 1, 1, 1 / lever, 1 / lever, 1 / lever;
+  const Matrix6d scaled = unit.asDiagonal() * H * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled);
+  const double limit = std::max(least, relative * eigen.eigenvalues()(5));
+  Matrix6d kept = Matrix6d::Zero(), held = Matrix6d::Zero();
+  int missing = 0;
+  for (int i = 0; i < 6; ++i) {
+    if (!(eigen.eigenvalues()(i) >= limit)) {
+      ++missing;
+      continue;
+    }
+    const Matrix6d direction =
+        eigen.eigenvectors().col(i) * eigen.eigenvectors().col(i).transpose();
+    held += direction;
+    kept += eigen.eigenvalues()(i) * direction;
+  }
+  if (missing > 0) {
+    const Vector6d back = unit.cwiseInverse();
+    H = back.asDiagonal() * kept * back.asDiagonal();
+    b = back.asDiagonal() * held * unit.asDiagonal() * b;
+  }
+  return missing;
+}
+
+}  // namespace
+
+struct DepthOdometry::Alignment {
+  SE3 T_world_camera;
+  Matrix6d information = Matrix6d::Zero();  ///< of the image alone
+  int unknown = 6;
+  double matched = 0, rms = 0;
+};
+
+DepthOdometry::DepthOdometry(const DepthOdometryOptions& options) : options_(options) {}
+
+std::vector<const DepthOdometry::KeyFrame*> DepthOdometry::references(
+    const DepthBlocks& current, const SE3& T_world_camera) const {
+  std::vector<const KeyFrame*> result;
+  if (keys_.empty()) return result;
+  result.push_back(&keys_.back());
+  const float beside = 0.0625F;
+  for (const KeyFrame& key : keys_) {
+    if (&key == &keys_.back()) break;
+    Sums sums;
+    accumulate(key.blocks, current, key.T_world_camera.inverse() * T_world_camera, 6,
+               {static_cast<float>(options_.fine_gate), 4, beside, 0.8F}, sums);
+    if (sums.tried > 0 && sums.used > options_.old_overlap * sums.tried) {
+      result.push_back(&key);
+      break;
+    }
+  }
+  return result;
+}
+
+void DepthOdometry::align(const DepthBlocks& current, const SE3& predicted, const Matrix6d& prior,
+                          Alignment& a) const {
+  a.T_world_camera = predicted;
+  const auto keys = references(current, predicted);
+  if (keys.empty()) return;
+  const int iterations = options_.coarse_iterations + options_.fine_iterations;
+  bool fine = false;
+  for (int i = 0, left = options_.coarse_iterations; i < iterations; ++i, --left) {
+    if (!fine && left <= 0) {
+      fine = true;
+      left = options_.fine_iterations;
+    }
+    const double shrink = std::pow(0.6, i);
+    const double distance =
+        fine ? options_.fine_gate : std::max(options_.fine_gate, options_.coarse_gate * shrink);
+    const Gate gate{static_cast<float>(distance), 4, 0.0625F,
+                    static_cast<float>(options_.min_normal_cosine)};
+    Sums s;
+    for (const KeyFrame* key : keys) {
+      accumulate(key->blocks, current, key->T_world_camera.inverse() * a.T_world_camera,
+                 fine ? 1 : options_.coarse_stride, gate, s);
+    }
+    const double per_fact =
+        options_.samples_per_fact / (fine ? 1.0 : options_.coarse_stride * options_.coarse_stride);
+    a.information = s.H / (std::max(1.0, per_fact) * static_cast<double>(keys.size()));
+    Vector6d b = s.b / (std::max(1.0, per_fact) * static_cast<double>(keys.size()));
+    a.unknown =
+        without_weak_directions(a.information, b, keys.front()->median_depth,
+                                options_.min_information, options_.min_relative_information);
+    a.matched = s.tried > 0 ? static_cast<double>(s.used) / s.tried : 0;
+    a.rms = s.used > 0 ? std::sqrt(s.squares / s.used) : 0;
+    const Vector6d back = (a.T_world_camera.inverse() * predicted).log();
+    const Vector6d d = (a.information + prior).ldlt().solve(b + prior * back);
+    if (!d.allFinite()) {
+      a = Alignment{};
+      a.T_world_camera = predicted;
+      return;
+    }
+    a.T_world_camera = a.T_world_camera * SE3::exp(d);
+    const double step = d.head<3>().norm() + keys.front()->median_depth * d.tail<3>().norm();
+    if (fine && step < 1e-4) break;
+    if (!fine && step < 1e-3) left = 0;
+  }
+}
+
+DepthMotion DepthOdometry::process(const DepthFrame& frame,
+                                   const std::optional<MotionGuess>& guess) {
+  DepthMotion motion;
+  DepthBlocks current = depth_blocks(frame, options_.blocks);
+  const SE3& T_body_camera = frame.camera.camera.T_body_camera;
+  if (!last_stamp_) {
+    last_stamp_ = frame.stamp;
+    keep_key_frame(std::move(current), true, motion);
+    return motion;
+  }
+  const double dt = std::max(1e-4, frame.stamp - *last_stamp_);
+  last_stamp_ = frame.stamp;
+  // What is expected, and how sure that is.
+  const double ratio = std::max(1.0, dt / options_.frame_time);
+  SE3 step = SE3::exp(velocity_ * (dt <= options_.max_step ? dt : 0.0));
+  Matrix6d expected = Matrix6d::Zero();
+  expected.diagonal().head<3>().setConstant(std::pow(options_.sigma_velocity * ratio, 2));
+  expected.diagonal().tail<3>().setConstant(std::pow(options_.sigma_turn * ratio, 2));
+  if (guess) {
+    step = T_body_camera.inverse() * guess->T_prev_curr_body * T_body_camera;
+    const Matrix6d Ad = T_body_camera.inverse().adjoint();
+    expected = Ad * guess->covariance * Ad.transpose();
+    expected.diagonal().array() += 1e-9;
+  }
+  const Matrix6d prior = expected.ldlt().solve(Matrix6d::Identity());
+  Alignment a;
+  align(current, T_world_camera_ * step, prior, a);
+  const bool lost = a.matched < options_.lost_matched || a.unknown == 6;
+  if (!lost) step = T_world_camera_.inverse() * a.T_world_camera;
+  Matrix6d covariance = expected;
+  if (!lost) {
+    covariance = (a.information + prior).ldlt().solve(Matrix6d::Identity());
+    const double t = options_.sigma_translation + options_.sigma_motion * step.translation().norm();
+    const double r = options_.sigma_rotation + options_.sigma_motion * step.so3().log().norm();
+    covariance.diagonal().head<3>().array() += t * t;
+    covariance.diagonal().tail<3>().array() += r * r;
+  }
+  motion.status = lost            ? ScanMotion::Status::kPredicted
+                  : a.unknown > 0 ? ScanMotion::Status::kDegenerate
+                                  : ScanMotion::Status::kTracked;
+  motion.unknown_directions = lost ? 6 : a.unknown;
+  motion.matched = a.matched;
+  motion.rms = a.rms;
+  motion.T_prev_curr_body = T_body_camera * step * T_body_camera.inverse();
+  const Matrix6d Ad = T_body_camera.adjoint();
+  motion.covariance = Ad * covariance * Ad.transpose();
+  motion.covariance = 0.5 * (motion.covariance + motion.covariance.transpose()).eval();
+  T_world_camera_ = T_world_camera_ * step;
+  velocity_ = step.log() / dt;
+  keep_key_frame(std::move(current), lost, motion);
+  return motion;
+}
+
+void DepthOdometry::keep_key_frame(DepthBlocks blocks, bool lost, DepthMotion& motion) {
+  if (lost) keys_.clear();
+  if (!keys_.empty()) {
+    const KeyFrame& key = keys_.back();
+    const SE3 d = key.T_world_camera.inverse() * T_world_camera_;
+    if (motion.matched > options_.key_overlap &&
+        d.translation().norm() < options_.key_translation * key.median_depth &&
+        d.so3().log().norm() < options_.key_rotation) {
+      return;
+    }
+  }
+  const double depth = median_depth(blocks);
+  keys_.push_back({T_world_camera_, std::move(blocks), depth});
+  if (static_cast<int>(keys_.size()) > options_.key_frames) keys_.pop_front();
+  motion.key_frame = true;
+}
+
+}  // namespace lamina

@@ -1,0 +1,77 @@
+// Motion of a depth camera from its images alone: frame to key frames, point to plane.
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include <lamina/frontend/odometry/depth_blocks.hpp>
+#include <lamina/frontend/odometry/scan_odometry.hpp>
+
+namespace lamina {
+
+struct DepthOdometryOptions {
+  DepthBlockOptions blocks;
+  int coarse_stride = 3;  ///< blocks skipped in both directions while the way is sought
+  int coarse_iterations = 8, fine_iterations = 8;
+  double coarse_gate = 0.3;  ///< m off the plane, and a quarter of the depth beside it
+  double fine_gate = 0.05;   ///< m (or 4 sigma)
+  double min_normal_cosine = 0.8;
+  int key_frames = 4;        ///< kept; the latest and the oldest that still overlaps are matched
+  double key_overlap = 0.7;  ///< fraction of matched blocks below which a key frame is taken
+  double key_translation = 0.12;  ///< of the median depth, likewise
+  double key_rotation = 0.2;      ///< rad, likewise
+  double old_overlap = 0.5;       ///< an older key frame this well in view is matched, too
+  double lost_matched = 0.15;     ///< below: the image said nothing
+  /// Change of velocity from frame to frame, 1-sigma at 30 Hz, grows with the time between (m,
+  /// rad).
+  double sigma_velocity = 0.02, sigma_turn = 0.02;
+  double frame_time = 1.0 / 30;  ///< s, what the two above are for
+  double max_step = 0.3;         ///< s, longer gaps are not extrapolated at constant velocity
+  double samples_per_fact = 30;  ///< blocks whose errors are alike: correlated noise, calibration
+  /// Of the strongest direction's information; weaker ones are noise of the normals, not surfaces.
+  double min_relative_information = 2e-3;
+  double min_information = 400;  ///< 1/m^2: a direction known worse than 5 cm is called unknown
+  /// What a match is off at best, per frame: m, rad, and per m or rad of motion.
+  double sigma_translation = 0.0007, sigma_rotation = 0.0004, sigma_motion = 0.01;
+};
+
+struct DepthMotion {
+  SE3 T_prev_curr_body;
+  Matrix6d covariance = Matrix6d::Zero();  ///< right tangent (translation, rotation)
+  ScanMotion::Status status = ScanMotion::Status::kFirst;
+  int unknown_directions = 0;  ///< of six, that the image left open
+  double matched = 0;          ///< fraction of oriented blocks that fit the key frame
+  double rms = 0;              ///< m, of those
+  bool key_frame = false;      ///< this frame became one
+};
+
+/// Projective association, Gauss-Newton on point-to-plane distances weighted by the disparity noise
+/// of both frames, coarse to fine; the start is `guess` or constant velocity, which is also a prior
+/// that decides where the surfaces leave a direction open (one wall, a corridor whose end is out of
+/// range). [Chen1992], [Newcombe2011]. Deterministic.
+class DepthOdometry {
+ public:
+  explicit DepthOdometry(const DepthOdometryOptions& options = {});
+  DepthMotion process(const DepthFrame& frame, const std::optional<MotionGuess>& guess = {});
+
+ private:
+  struct KeyFrame {
+    SE3 T_world_camera;
+    DepthBlocks blocks;
+    double median_depth = 1;
+  };
+  struct Alignment;
+  void align(const DepthBlocks& current, const SE3& predicted, const Matrix6d& prior,
+             Alignment& alignment) const;
+  std::vector<const KeyFrame*> references(const DepthBlocks& current,
+                                          const SE3& T_world_camera) const;
+  void keep_key_frame(DepthBlocks blocks, bool lost, DepthMotion& motion);
+
+  DepthOdometryOptions options_;
+  std::deque<KeyFrame> keys_;
+  SE3 T_world_camera_;                    ///< of the last frame
+  Vector6d velocity_ = Vector6d::Zero();  ///< camera tangent per second
+  std::optional<Timestamp> last_stamp_;
+};
+
+}  // namespace lamina
