@@ -1,5 +1,5 @@
 // Accuracy and speed of scan odometry, loop closing and depth odometry on recordings.
-//   odometry_bench depth RECORDING [TRUTH.txt]
+//   odometry_bench depth RECORDING [TRUTH.txt|-] [frames]
 //   odometry_bench scans RECORDING [TRUTH.txt|-] [PICTURE]
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -205,7 +205,9 @@ int scans(int argc, char** argv) {
 int depth(int argc, char** argv) {
   const auto recording = open_recording(argv[2]);
   Trajectory truth, poses;
-  if (argc > 3) truth = Trajectory::read_tum(std::filesystem::path(argv[3]));
+  if (argc > 3 && std::strcmp(argv[3], "-") != 0) {
+    truth = Trajectory::read_tum(std::filesystem::path(argv[3]));
+  }
   DepthOdometry odometry;
   SE3 T;
   int frames = 0, keys = 0, degenerate = 0, predicted = 0;
@@ -220,6 +222,13 @@ int depth(int argc, char** argv) {
     slowest = std::max(slowest, t);
     T = T * motion.T_prev_curr_body;
     poses.add(frame->stamp, T);
+    if (argc > 4) {
+      const Eigen::Vector3d x = T.translation(), up = T.so3() * Eigen::Vector3d::UnitZ();
+      std::printf("%4d %d open %d matched %.2f rms %.4f at %.3f %.3f %.3f yaw %.1f tilt %.1f\n",
+                  frames, static_cast<int>(motion.status), motion.unknown_directions,
+                  motion.matched, motion.rms, x.x(), x.y(), x.z(), T.so3().yaw() * 180 / M_PI,
+                  std::acos(up.z()) * 180 / M_PI);
+    }
     ++frames;
     keys += motion.key_frame;
     matched += motion.matched;
@@ -243,7 +252,7 @@ int depth(int argc, char** argv) {
 int main(int argc, char** argv) {
   if (argc > 2 && std::strcmp(argv[1], "scans") == 0) return scans(argc, argv);
   if (argc > 2 && std::strcmp(argv[1], "depth") == 0) return depth(argc, argv);
-  std::printf("usage: odometry_bench depth RECORDING [TRUTH.txt]\n");
+  std::printf("usage: odometry_bench depth RECORDING [TRUTH.txt|-] [frames]\n");
   std::printf("usage: odometry_bench scans RECORDING [TRUTH.txt|-] [PICTURE]\n");
   return 2;
 }

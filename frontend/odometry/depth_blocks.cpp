@@ -9,14 +9,15 @@ namespace {
 
 /// Mean disparity per block; 0 where too little was measured or an edge runs through.
 std::vector<float> mean_disparities(const DepthFrame& frame, const DepthBlockOptions& options,
-                                    int width, int height) {
+                                    int n, int width, int height) {
   const DepthNoise& noise = frame.camera.noise;
   const double least = noise.disparity(options.max_depth);
   const auto spread =
       static_cast<float>(options.edge_sigmas * noise.disparity_sigma + 2 * noise.disparity_step);
   const auto scaled = static_cast<float>(noise.focal_baseline * frame.camera.depth_scale);
   const auto lowest = static_cast<float>(least);
-  const int n = options.block;
+  // A surface seen at a slant spreads over a block by its slope times the block's angle.
+  const auto slant = static_cast<float>(options.max_slope * n / frame.camera.camera.fx);
   std::vector<float> result(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), 0);
   for (int v = 0; v < height; ++v) {
     for (int u = 0; u < width; ++u) {
@@ -35,8 +36,7 @@ std::vector<float> mean_disparities(const DepthFrame& frame, const DepthBlockOpt
           ++count;
         }
       }
-      // A steep surface spreads, too: 4 % of the disparity within a block is about 80 degrees.
-      if (2 * count < n * n || high - low > spread + 0.04F * high) continue;
+      if (count == 0 || 2 * count < n * n || high - low > spread + slant * high) continue;
       const float mean = sum / static_cast<float>(count);
       if (mean < lowest) continue;
       result[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) +
@@ -52,9 +52,11 @@ DepthBlocks depth_blocks(const DepthFrame& frame, const DepthBlockOptions& optio
   const CameraModel& camera = frame.camera.camera;
   const DepthNoise& noise = frame.camera.noise;
   DepthBlocks result;
-  result.width = frame.width() / options.block;
-  result.height = frame.height() / options.block;
-  const double n = options.block, middle = 0.5 * (n - 1);
+  const int side =
+      std::clamp(static_cast<int>(std::lround(options.block_angle * camera.fx)), 1, 16);
+  result.width = frame.width() / side;
+  result.height = frame.height() / side;
+  const double n = side, middle = 0.5 * (n - 1);
   result.fx = camera.fx / n;
   result.fy = camera.fy / n;
   result.cx = (camera.cx - middle) / n;
@@ -65,7 +67,7 @@ DepthBlocks depth_blocks(const DepthFrame& frame, const DepthBlockOptions& optio
       static_cast<std::size_t>(frame.width()) * static_cast<std::size_t>(frame.height())) {
     return result;
   }
-  const std::vector<float> mean = mean_disparities(frame, options, W, H);
+  const std::vector<float> mean = mean_disparities(frame, options, side, W, H);
   const double samples = std::max(1.0, n * n / noise.pixels_per_sample());
   const double sigma_d = std::sqrt(noise.disparity_sigma * noise.disparity_sigma / samples +
                                    noise.disparity_step * noise.disparity_step / 12);
@@ -117,6 +119,7 @@ DepthBlocks depth_blocks(const DepthFrame& frame, const DepthBlockOptions& optio
       b.normal = normal.cast<float>();
       b.sigma =
           static_cast<float>(zf * sigma_d / d * std::abs(normal.dot(Eigen::Vector3d(x, y, 1))));
+      b.tilt = static_cast<float>(result.fx * rms / (std::sqrt(suu) * d));
       if (!(normal.z() < 0)) b.normal.setZero();
     }
   }

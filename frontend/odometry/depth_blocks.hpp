@@ -9,7 +9,9 @@
 namespace lamina {
 
 struct DepthBlockOptions {
-  int block = 4;           ///< px a side: averages noise, and a quarter of the edges remain
+  /// Side of a block: 4 px of a Kinect (525 px focal length); fewer for coarser cameras.
+  double block_angle = 4.0 / 525;  ///< rad
+  double max_slope = 5.7;  ///< tangent of the incidence beyond which a block counts as an edge
   int reach = 2;           ///< blocks to each side over which a normal is fitted
   double edge_sigmas = 6;  ///< a block whose disparities spread more holds an edge and is left out
   double flat_sigmas = 3;  ///< rms of the normal's fit (in sigmas of a block) that is still a plane
@@ -21,6 +23,7 @@ struct DepthBlock {
   Eigen::Vector3f point = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, towards the camera; zero: none
   float sigma = 0;  ///< m, 1-sigma of the point along its normal; 0: no point
+  float tilt = 0;   ///< rad, 1-sigma of the normal
   bool valid() const { return sigma > 0; }
   bool oriented() const { return normal.z() < 0; }
 };

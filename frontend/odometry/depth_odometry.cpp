@@ -12,6 +12,7 @@ struct Sums {
   Matrix6d H = Matrix6d::Zero();
   Vector6d b = Vector6d::Zero();
   double squares = 0;
+  double spurious = 0;  ///< information that noise of the normals makes in any direction
   int used = 0, tried = 0;
 };
 
@@ -30,6 +31,7 @@ void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T
     // Sums of a row in float, of rows in double: fast, and safe.
     Eigen::Matrix<float, 6, 6> H = Eigen::Matrix<float, 6, 6>::Zero();
     Eigen::Matrix<float, 6, 1> b = Eigen::Matrix<float, 6, 1>::Zero();
+    float spurious = 0;
     for (int u = 0; u < current.width; u += stride) {
       const DepthBlock& c = current.at(u, v);
       if (!c.oriented()) continue;
@@ -58,10 +60,12 @@ void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T
       H.noalias() += (w * J) * J.transpose();
       b -= (w * e) * J;
       sums.squares += static_cast<double>(e * e);
+      spurious += w * k.tilt * k.tilt;
       ++sums.used;
     }
     sums.H += H.cast<double>();
     sums.b += b.cast<double>();
+    sums.spurious += static_cast<double>(spurious);
   }
 }
 
@@ -75,14 +79,13 @@ double median_depth(const DepthBlocks& blocks) {
   return static_cast<double>(z[z.size() / 2]);
 }
 
-/// Keeps what surfaces hold: H and b without directions below `least` and `relative` of the
-/// strongest, angles brought to metres by `lever`. Returns how many are missing.
-int without_weak_directions(Matrix6d& H, Vector6d& b, double lever, double least, double relative) {
+/// Keeps what surfaces hold: H and b without directions below `limit`, angles brought to metres by
+/// `lever`. Returns how many are missing.
+int without_weak_directions(Matrix6d& H, Vector6d& b, double lever, double limit) {
   Vector6d unit;
   unit << 1, 1, 1, 1 / lever, 1 / lever, 1 / lever;
   const Matrix6d scaled = unit.asDiagonal() * H * unit.asDiagonal();
   const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled);
-  const double limit = std::max(least, relative * eigen.eigenvalues()(5));
   Matrix6d kept = Matrix6d::Zero(), held = Matrix6d::Zero();
   int missing = 0;
   for (int i = 0; i < 6; ++i) {
@@ -155,13 +158,14 @@ void DepthOdometry::align(const DepthBlocks& current, const SE3& predicted, cons
       accumulate(key->blocks, current, key->T_world_camera.inverse() * a.T_world_camera,
                  fine ? 1 : options_.coarse_stride, gate, s);
     }
+    const double skipped = fine ? 1.0 : options_.coarse_stride * options_.coarse_stride;
     const double per_fact =
-        options_.samples_per_fact / (fine ? 1.0 : options_.coarse_stride * options_.coarse_stride);
-    a.information = s.H / (std::max(1.0, per_fact) * static_cast<double>(keys.size()));
-    Vector6d b = s.b / (std::max(1.0, per_fact) * static_cast<double>(keys.size()));
-    a.unknown =
-        without_weak_directions(a.information, b, keys.front()->median_depth,
-                                options_.min_information, options_.min_relative_information);
+        std::max(1.0, options_.samples_per_fact / skipped) * static_cast<double>(keys.size());
+    a.information = s.H / per_fact;
+    Vector6d b = s.b / per_fact;
+    a.unknown = without_weak_directions(
+        a.information, b, keys.front()->median_depth,
+        std::max(options_.min_information, options_.normal_noise_factor * s.spurious / per_fact));
     a.matched = s.tried > 0 ? static_cast<double>(s.used) / s.tried : 0;
     a.rms = s.used > 0 ? std::sqrt(s.squares / s.used) : 0;
     const Vector6d back = (a.T_world_camera.inverse() * predicted).log();

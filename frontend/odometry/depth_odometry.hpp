@@ -28,8 +28,9 @@ struct DepthOdometryOptions {
   double frame_time = 1.0 / 30;  ///< s, what the two above are for
   double max_step = 0.3;         ///< s, longer gaps are not extrapolated at constant velocity
   double samples_per_fact = 30;  ///< blocks whose errors are alike: correlated noise, calibration
-  /// Of the strongest direction's information; weaker ones are noise of the normals, not surfaces.
-  double min_relative_information = 2e-3;
+  /// Noise of normals makes information in directions that no surface holds; what is less than this
+  /// many times what their noise makes is not believed.
+  double normal_noise_factor = 1.5;
   double min_information = 400;  ///< 1/m^2: a direction known worse than 5 cm is called unknown
   /// What a match is off at best, per frame: m, rad, and per m or rad of motion.
   double sigma_translation = 0.0007, sigma_rotation = 0.0004, sigma_motion = 0.01;

@@ -31,7 +31,7 @@ struct LoopCloserOptions {
   int search_points = 350;                          ///< of the new submap, evenly thinned
   double min_score = 0.45;         ///< mean likelihood of the search's best, 0 to 1
   double max_ambiguity = 0.9;      ///< second best elsewhere / best: above, several places look so
-  double min_matched = 0.6;        ///< after refinement: points that lie on the older map's lines
+  double min_matched = 0.45;       ///< after refinement: points that lie on the older map's lines
   double min_agreement = 0.85;     ///< views of points that do not contradict, both ways
   double agreement_margin = 0.25;  ///< m
   double max_chi_squared = 25;     ///< 3 dof, against the drift: beyond, the loop is not believed
@@ -51,7 +51,7 @@ struct LoopClosure {
 /// Takes each scan with its motion and gives loops when a submap has been completed. Old places are
 /// found by search_correlative() in a window as large as the drift since then, refused when a
 /// second place looks alike, refined by match_lines(), and refused when any direction stays open,
-/// when views contradict [SightFan], or when the graph of submaps cannot be reconciled.
+/// when views contradict (SightFan), or when the graph of submaps cannot be reconciled.
 /// [Olson2009], [Hess2016]. Deterministic.
 class LoopCloser {
  public:

@@ -1,0 +1,168 @@
+// Depth odometry among planes whose answer is known.
+#include <gmock/gmock.h>
+
+#include <Eigen/LU>
+#include <random>
+
+#include <lamina/frontend/odometry/depth_odometry.hpp>
+
+namespace lamina {
+namespace {
+
+/// n.x = rho in the world, seen from its positive side; the nearest along a ray counts.
+using Planes = std::vector<std::pair<Eigen::Vector3d, double>>;
+
+Planes room() {
+  const Eigen::Vector3d x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+  return {{z, 0},    {-x, -2.2}, {y, -1.5}, {-y, -2}, {Eigen::Vector3d(-0.6, -0.8, 0), -2.0},
+          {-z, -2.4}};
+}
+/// A floor and two walls that run on for ever.
+Planes corridor() { return {{{0, 0, 1}, 0}, {{0, 1, 0}, -1}, {{0, -1, 0}, -1}}; }
+
+struct Camera {
+  double sigma_scale = 0.3;  ///< a coarse camera averages what a fine one would see
+  std::mt19937 rng{11};
+
+  DepthFrame see(const Planes& planes, const SE3& T_world_body, double t) {
+    DepthFrame f;
+    f.stamp = Timestamp::from_seconds(t);
+    CameraModel& c = f.camera.camera;
+    c.width = 160;
+    c.height = 120;
+    c.fx = c.fy = 140;
+    c.cx = 79.5;
+    c.cy = 59.5;
+    c.T_body_camera = SE3(SO3(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5)), {0.1, 0.05, 1.0});
+    f.camera.depth_scale = 5000;
+    f.camera.noise = DepthNoise::kinect(570);
+    f.raw.assign(static_cast<std::size_t>(c.width * c.height), 0);
+    std::normal_distribution<double> noise(0, sigma_scale);
+    const SE3 T = T_world_body * c.T_body_camera;
+    for (int v = 0; v < c.height; ++v) {
+      for (int u = 0; u < c.width; ++u) {
+        const Eigen::Vector3d ray =
+            T.so3() * Eigen::Vector3d((u - c.cx) / c.fx, (v - c.cy) / c.fy, 1);
+        double z = 1e9;
+        for (const auto& [n, rho] : planes) {
+          const double d = (rho - n.dot(T.translation())) / n.dot(ray);
+          if (d > 0.1 && d < z) z = d;
+        }
+        z += f.camera.noise.sigma_depth(z) * noise(rng);
+        if (z < 9)
+          f.raw[static_cast<std::size_t>(v * c.width + u)] =
+              static_cast<std::uint16_t>(z * 5000 + 0.5);
+      }
+    }
+    return f;
+  }
+};
+
+SE3 pose(int i) {
+  return SE3(SO3::rot_z(0.01 * i) * SO3::rot_y(0.05 * std::sin(0.2 * i)),
+             {0.02 * i, 0.1 * std::sin(0.1 * i), 0.05 * std::sin(0.15 * i)});
+}
+
+TEST(DepthBlocks, NormalsOfAnExactPlane) {
+  Camera camera;
+  camera.sigma_scale = 0;
+  const DepthFrame frame = camera.see({{{0, 0, 1}, 0}}, SE3(SO3::rot_y(0.5), {0, 0, 0}), 0);
+  const DepthBlocks blocks = depth_blocks(frame);
+  const SE3 T = SE3(SO3::rot_y(0.5), {0, 0, 0}) * frame.camera.camera.T_body_camera;
+  int oriented = 0;
+  for (const DepthBlock& b : blocks.blocks) {
+    if (!b.oriented()) continue;
+    ++oriented;
+    EXPECT_GT((T.so3() * b.normal.cast<double>()).z(), 0.9999);
+    EXPECT_NEAR((T * b.point.cast<double>()).z(), 0, 0.003);
+    EXPECT_GT(b.sigma, 0);
+  }
+  EXPECT_GT(oriented, 5000);
+}
+
+TEST(DepthOdometry, FollowsARoom) {
+  Camera camera;
+  DepthOdometry odometry;
+  SE3 T;
+  int keys = 0;
+  for (int i = 0; i < 24; ++i) {
+    const DepthMotion m = odometry.process(camera.see(room(), pose(i), i / 30.0));
+    T = T * m.T_prev_curr_body;
+    keys += m.key_frame;
+    EXPECT_NE(m.status, ScanMotion::Status::kPredicted);
+    EXPECT_LE(m.unknown_directions, 1);
+  }
+  const SE3 e = (pose(0).inverse() * pose(23)).inverse() * T;
+  EXPECT_LT(e.translation().norm(), 0.035);
+  EXPECT_LT(e.so3().log().norm(), 0.008);
+  EXPECT_GT(keys, 1);
+}
+
+TEST(DepthOdometry, CorridorLeavesOneDirectionToTheGuess) {
+  Camera camera;
+  DepthOdometry odometry;
+  SE3 T;
+  for (int i = 0; i < 15; ++i) {
+    std::optional<MotionGuess> guess;
+    if (i > 0) {
+      guess = MotionGuess{SE3::planar(0.05, 0, 0), Matrix6d::Identity() * 4e-4};
+    }
+    const SE3 truth(SO3::rot_y(0.3),
+                    {0.05 * std::cos(0.3) * i, 0.01 * i, -0.05 * std::sin(0.3) * i});
+    const DepthMotion m = odometry.process(camera.see(corridor(), truth, i / 30.0), guess);
+    T = T * m.T_prev_curr_body;
+    if (i == 0) continue;
+    EXPECT_EQ(m.status, ScanMotion::Status::kDegenerate);
+    EXPECT_EQ(m.unknown_directions, 1);
+    EXPECT_GT(m.covariance(0, 0), 2e-4);
+    EXPECT_LT(m.covariance(1, 1), 1e-4);
+  }
+  EXPECT_NEAR(T.translation().x(), 0.7, 0.05);
+  EXPECT_NEAR(T.translation().y(), 0.14, 0.02);
+}
+
+TEST(DepthOdometry, OnePlaneLeavesThree) {
+  Camera camera;
+  DepthOdometry odometry;
+  const Planes wall{{{-1, 0, 0}, -2}};
+  odometry.process(camera.see(wall, SE3(), 0));
+  const DepthMotion m = odometry.process(camera.see(wall, SE3::planar(0.02, 0, 0), 1 / 30.0));
+  EXPECT_EQ(m.unknown_directions, 3);
+  EXPECT_NEAR(m.T_prev_curr_body.translation().x(), 0.02, 0.004);
+}
+
+TEST(DepthOdometry, EmptyFramesArePredictedAndNeverNaN) {
+  Camera camera;
+  DepthOdometry odometry;
+  for (int i = 0; i < 12; ++i) {
+    DepthFrame frame = camera.see(room(), pose(i), i / 30.0);
+    if (i % 4 == 2) frame.raw.assign(frame.raw.size(), 0);
+    if (i % 4 == 3) frame.raw.clear();
+    const DepthMotion m = odometry.process(frame);
+    EXPECT_TRUE(m.covariance.allFinite());
+    EXPECT_TRUE(m.T_prev_curr_body.matrix().allFinite());
+    if (i % 4 >= 2) {
+      EXPECT_EQ(m.status, ScanMotion::Status::kPredicted);
+      EXPECT_GT(m.covariance(0, 0), 1e-4);
+    }
+  }
+}
+
+TEST(DepthOdometry, CovarianceIsNeitherBoastfulNorUseless) {
+  double sum = 0;
+  for (int k = 0; k < 8; ++k) {
+    Camera camera;
+    camera.rng.seed(static_cast<unsigned>(k));
+    camera.sigma_scale = 1;  // exactly what the noise model says
+    DepthOdometry odometry;
+    odometry.process(camera.see(room(), pose(k), 0));
+    const DepthMotion m = odometry.process(camera.see(room(), pose(k + 1), 1 / 30.0));
+    const Vector6d e = ((pose(k).inverse() * pose(k + 1)).inverse() * m.T_prev_curr_body).log();
+    sum += e.dot(m.covariance.inverse() * e);
+  }
+  EXPECT_LT(sum / 8, 9.0);  // six directions; white noise: samples_per_fact makes it smaller
+  EXPECT_GT(sum / 8, 0.1);
+}
+
+}  // namespace
+}  // namespace lamina
