@@ -128,6 +128,7 @@ void BlockCholesky::Impl::lay_out() {
 }
 
 void BlockCholesky::Impl::analyze() {
+  if (n == 0) return;
   common.c.nmethods = 1;
   common.c.method[0].ordering = CHOLMOD_NATURAL;
   common.c.postorder = 0;
@@ -241,10 +242,13 @@ Eigen::VectorXd BlockCholesky::solve(const Eigen::VectorXd& b) {
 
 int BlockCholesky::weak_pivots(double threshold) const {
   const Impl& s = *impl_;
+  if (s.n == 0) return 0;
+  // An entry this small never had a factor: what stands there is damping alone.
+  const double nothing = 1e-18 * s.factored_diagonal.maxCoeff();
   int weak = 0;
   s.each_pivot([&](int row, double pivot) {
-    // Of what the entry was before elimination, damping included.
-    if (!(pivot > threshold * s.factored_diagonal(row))) ++weak;
+    const double before = s.factored_diagonal(row);  // elimination, damping included
+    if (!(pivot > threshold * before) || !(before > nothing)) ++weak;
   });
   return weak;
 }

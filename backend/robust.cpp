@@ -195,7 +195,10 @@ void solve_doubting(Graph& graph, const Agreement& agreement, const RefineOption
       plane.set_plane_anchor(*agreement.planes_anchor[p]);
     }
   }
-  if (graduate(agreement, options, outcome, rounds)) settle(graph, options, outcome, rounds);
+  // While sets still change, the weakest modes are held a little: they would follow every mistake.
+  RefineOptions careful = options;
+  careful.minimizer.initial_damping = std::max(1e-10, options.minimizer.initial_damping);
+  if (graduate(agreement, careful, outcome, rounds)) settle(graph, careful, outcome, rounds);
 }
 
 }  // namespace

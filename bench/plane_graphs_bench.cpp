@@ -1,6 +1,6 @@
 // Solves .planegraph files and prints iterations, time, accuracy.
 //
-//   plane_graphs [--repeat N] [--robust] [--verbose] [--wrong SHARE] FILE... [--rooms N]...
+//   plane_graphs_bench [--repeat N] [--robust] [--verbose] [--wrong SHARE] FILE... [--rooms N]...
 //
 // --rooms N generates N rooms of 22 poses in two laps (909: 20,000 poses; 4546: 100,000). Times are
 // of the process's CPU, so that a busy machine does not show in them.
