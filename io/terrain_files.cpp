@@ -1,0 +1,71 @@
+// The height layer as a mesh.
+#include <lamina/io/terrain_files.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <string>
+
+#include <lamina/io/atomic_file.hpp>
+
+namespace lamina::io {
+namespace {
+
+static_assert(std::endian::native == std::endian::little);
+
+template <class T>
+void put(std::string& out, T value) {
+  char bytes[sizeof(T)];
+  std::memcpy(bytes, &value, sizeof(T));
+  out.append(bytes, sizeof(T));
+}
+
+void put_colour(std::string& out, float navigability) {
+  const auto byte = [](float share) {
+    return static_cast<std::uint8_t>(std::lround(255.0F * std::clamp(share, 0.0F, 1.0F)));
+  };
+  const bool known = navigability == navigability;
+  put(out, known ? byte(2 - 2 * navigability) : std::uint8_t{128});
+  put(out, known ? byte(2 * navigability) : std::uint8_t{128});
+  put(out, known ? std::uint8_t{0} : std::uint8_t{128});
+}
+
+}  // namespace
+
+void write_terrain_ply(const std::filesystem::path& file, const NavigabilityGrid& grid) {
+  std::map<CellIndex, std::int32_t> number;
+  std::string vertices, faces;
+  grid.for_each([&](const CellIndex& c, const NavigabilityCell& cell) {
+    if (!std::isfinite(cell.height)) return;
+    number.emplace(c, static_cast<std::int32_t>(number.size()));
+    const Eigen::Vector2d p = center_of(c, grid.resolution());
+    put(vertices, static_cast<float>(p.x()));
+    put(vertices, static_cast<float>(p.y()));
+    put(vertices, cell.height);
+    put_colour(vertices, cell.navigability);
+  });
+  std::size_t count = 0;
+  const auto face = [&](std::int32_t a, std::int32_t b, std::int32_t c) {
+    put(faces, std::uint8_t{3});
+    put(faces, a), put(faces, b), put(faces, c);
+    ++count;
+  };
+  for (const auto& [c, a] : number) {
+    const auto right = number.find({c.i + 1, c.j}), above = number.find({c.i, c.j + 1});
+    const auto across = number.find({c.i + 1, c.j + 1});
+    if (right == number.end() || above == number.end() || across == number.end()) continue;
+    face(a, right->second, across->second);
+    face(a, across->second, above->second);
+  }
+  const std::string header =
+      "ply\nformat binary_little_endian 1.0\ncomment map frame, metres\nelement vertex " +
+      std::to_string(number.size()) +
+      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar "
+      "green\nproperty uchar blue\nelement face " +
+      std::to_string(count) + "\nproperty list uchar int vertex_indices\nend_header\n";
+  write_atomically(file, header + vertices + faces);
+}
+
+}  // namespace lamina::io
