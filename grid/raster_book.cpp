@@ -48,8 +48,8 @@ Book::Item Book::item(const Surfel& s) const {
   if (!s.normal.allFinite() || !s.covariance.allFinite() || !std::isfinite(s.center.z())) return {};
   const Eigen::Vector2d c = s.center.head<2>();
   // Planes ask how far the nearest disc is.
-  Item result = covering(
-      c, c, s.radius * options_.disc_growth + options_.plane_ring + 2 * options_.resolution);
+  Item result =
+      covering(c, c, s.radius * options_.disc_growth + options_.plane_ring + options_.resolution);
   Digest d;
   d.add(s.center);
   d.add(s.normal);
@@ -102,16 +102,24 @@ Book::Item Book::item(const Eigen::Vector3d& point) const {
   return result;
 }
 
+void Book::mark(Tile& tile, bool Tile::*what) {
+  if (!tile.waiting) marked.push_back(&tile);
+  tile.waiting = true;
+  tile.*what = true;
+}
+
 void Book::place(Kind& kind, std::size_t index, const Item& item) {
   if (index >= kind.items.size()) kind.items.resize(index + 1);
   Item& old = kind.items[index];
+  const bool stays =
+      old.i0 == item.i0 && old.j0 == item.j0 && old.i1 == item.i1 && old.j1 == item.j1;
   const auto k = static_cast<std::int32_t>(index);
-  for (std::int32_t j = old.j0; j <= old.j1; ++j) {
+  for (std::int32_t j = old.j0; j <= old.j1 && !stays; ++j) {
     for (std::int32_t i = old.i0; i <= old.i1; ++i) {
       Tile& tile = *tiles.at({j, i});
       auto& list = tile.*kind.list;
       list.erase(std::lower_bound(list.begin(), list.end(), k));
-      tile.*kind.mark = true;
+      mark(tile, kind.mark);
     }
   }
   for (std::int32_t j = item.j0; j <= item.j1; ++j) {
@@ -122,8 +130,8 @@ void Book::place(Kind& kind, std::size_t index, const Item& item) {
         tile->first = {i * kSide, j * kSide};
       }
       auto& list = (*tile).*kind.list;
-      list.insert(std::lower_bound(list.begin(), list.end(), k), k);
-      (*tile).*kind.mark = true;
+      if (!stays) list.insert(std::lower_bound(list.begin(), list.end(), k), k);
+      mark(*tile, kind.mark);
     }
   }
   old = item;

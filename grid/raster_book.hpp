@@ -26,6 +26,7 @@ class Book {
   void update(const PlanarMap& map, const RasterChanges& changes);
 
   Tiles tiles;
+  std::vector<Tile*> marked;                 ///< tiles with something to do, each once
   std::vector<PathPoint> seeds, references;  ///< of the path, one every so far
 
  private:
@@ -45,6 +46,7 @@ class Book {
   Item item(const MapPlane& plane) const;
   Item item(const EdgePoint& edge) const;
   Item item(const Eigen::Vector3d& point) const;
+  void mark(Tile& tile, bool Tile::*what);
   void place(Kind& kind, std::size_t index, const Item& item);
   void cut(Kind& kind, std::size_t size);
   template <class T>

@@ -162,24 +162,30 @@ void DiscDistance::mark(int i, int j, float height) {
 }
 
 void DiscDistance::spread() {
-  const auto relax = [this](int i, int j, int di, int dj, float step) {
-    const int u = i + di, v = j + dj;
-    if (u < 0 || v < 0 || u >= side_ || v >= side_) return;
-    const auto to = static_cast<std::size_t>(j * side_ + i);
-    const auto from = static_cast<std::size_t>(v * side_ + u);
-    if (distance_[from] + step < distance_[to]) {
-      distance_[to] = distance_[from] + step;
-      height_[to] = height_[from];
-    }
-  };
   constexpr float kDiagonal = 1.41421356F;
-  for (const int sign : {1, -1}) {
-    for (int n = 0; n < side_ * side_; ++n) {
-      const int k = sign > 0 ? n : side_ * side_ - 1 - n, i = k % side_, j = k / side_;
-      relax(i, j, -sign, 0, 1);
-      relax(i, j, 0, -sign, 1);
-      relax(i, j, -sign, -sign, kDiagonal);
-      relax(i, j, sign, -sign, kDiagonal);
+  const auto relax = [this](int to, int from, float step) {
+    const auto t = static_cast<std::size_t>(to), f = static_cast<std::size_t>(from);
+    if (distance_[f] + step >= distance_[t]) return;
+    distance_[t] = distance_[f] + step;
+    height_[t] = height_[f];
+  };
+  // The outermost cells are never asked for: they need no care.
+  for (int j = 1; j + 1 < side_; ++j) {
+    for (int i = 1; i + 1 < side_; ++i) {
+      const int k = j * side_ + i;
+      relax(k, k - 1, 1);
+      relax(k, k - side_, 1);
+      relax(k, k - side_ - 1, kDiagonal);
+      relax(k, k - side_ + 1, kDiagonal);
+    }
+  }
+  for (int j = side_ - 2; j > 0; --j) {
+    for (int i = side_ - 2; i > 0; --i) {
+      const int k = j * side_ + i;
+      relax(k, k + 1, 1);
+      relax(k, k + side_, 1);
+      relax(k, k + side_ + 1, kDiagonal);
+      relax(k, k + side_ - 1, kDiagonal);
     }
   }
 }

@@ -168,7 +168,12 @@ void draw_evidence(const PlanarMap& map, const RasterOptions& options, Tile& til
   for (const std::int32_t k : tile.surfels) {
     draw_disc(map.surfels[static_cast<std::size_t>(k)], k, canvas);
   }
-  if (!tile.surfels.empty() && !tile.planes.empty()) canvas.discs.spread();
+  const auto is_floor = [&map](std::int32_t k) {
+    return map.planes[static_cast<std::size_t>(k)].plane_map.normal().z() >= kSteepCosine;
+  };
+  if (!tile.surfels.empty() && std::any_of(tile.planes.begin(), tile.planes.end(), is_floor)) {
+    canvas.discs.spread();
+  }
   for (const std::int32_t k : tile.planes) {
     draw_plane(map.planes[static_cast<std::size_t>(k)], k, canvas);
   }

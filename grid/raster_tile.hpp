@@ -84,6 +84,7 @@ struct Tile {
 
   // What the update under way has to do.
   bool redraw = false, reseed = false, rerefer = false, rechoose = false;
+  bool waiting = false;              ///< is in the list of tiles with something to do
   std::int32_t first_component = 0;  ///< numbers of the tile's components in the whole map
 
   bool has_evidence() const {

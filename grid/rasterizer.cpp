@@ -29,6 +29,7 @@ struct Rasterizer::State {
   void link(const TileKey& key, Tile& tile) const;
   void reach();
   float floor_height(const std::vector<Tile*>& floors, Components& all, std::int32_t floor) const;
+  void choose_again(Tile& tile);
   void judge();
   void judge(const TileKey& key, int i0, int j0, int i1, int j1);
   void write(const CellIndex& c, const NavigabilityCell& cell);
@@ -38,7 +39,8 @@ struct Rasterizer::State {
 void Rasterizer::State::draw(const PlanarMap& map) {
   drawn = 0;
   std::vector<TileKey> linked;
-  for (auto& [key, tile] : book.tiles) {
+  for (Tile* tile : book.marked) {
+    const TileKey key = key_of(*tile);
     if (tile->redraw) {
       if (tile->has_evidence() || !tile->sites.empty()) {
         draw_evidence(map, options, *tile);
@@ -132,7 +134,7 @@ void Rasterizer::State::reach() {
     height = floor_height(floors, all, static_cast<std::int32_t>(floor));
   }
   if (!(height == fallback || (std::isnan(height) && std::isnan(fallback)))) {
-    for (const auto& [key, tile] : book.tiles) tile->rechoose = true;
+    for (const auto& [key, tile] : book.tiles) choose_again(*tile);
   }
   fallback = height;
   for (Tile* tile : floors) {
@@ -141,9 +143,14 @@ void Rasterizer::State::reach() {
       now[static_cast<std::size_t>(k)] =
           reached[static_cast<std::size_t>(all.root(tile->first_component + k))];
     }
-    if (now != tile->reached) tile->rechoose = true;
+    if (now != tile->reached) choose_again(*tile);
     tile->reached = std::move(now);
   }
+}
+
+void Rasterizer::State::choose_again(Tile& tile) {
+  if (!tile.waiting) book.marked.push_back(&tile);
+  tile.waiting = tile.rechoose = true;
 }
 
 float Rasterizer::State::floor_height(const std::vector<Tile*>& floors, Components& all,
@@ -187,7 +194,7 @@ void Rasterizer::State::judge(const TileKey& key, int i0, int j0, int i1, int j1
 void Rasterizer::State::judge() {
   static constexpr int kMargin = 2;
   std::vector<TileKey> changed;
-  for (auto& [key, tile] : book.tiles) {
+  for (Tile* tile : book.marked) {
     // The path's height matters where no floor is connected to it.
     const bool lost =
         std::find(tile->reached.begin(), tile->reached.end(), 1) == tile->reached.end();
@@ -199,7 +206,7 @@ void Rasterizer::State::judge() {
     } else {
       tile->sites.clear();
     }
-    changed.push_back(key);
+    changed.push_back(key_of(*tile));
   }
   const auto strip = [](int d) {
     return d < 0   ? std::pair(kSide - kMargin, kSide)
@@ -218,9 +225,10 @@ void Rasterizer::State::judge() {
       }
     }
   }
-  for (auto& [key, tile] : book.tiles) {
-    tile->redraw = tile->reseed = tile->rerefer = tile->rechoose = false;
+  for (Tile* tile : book.marked) {
+    tile->redraw = tile->reseed = tile->rerefer = tile->rechoose = tile->waiting = false;
   }
+  book.marked.clear();
 }
 
 Rasterizer::Rasterizer(const RasterOptions& options) {

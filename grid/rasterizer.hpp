@@ -31,7 +31,7 @@ struct RasterOptions {
   double level_gap = 0.15;  ///< m: surfaces at one place closer than this are one floor; the higher
                             ///< one counts. Less than a stair's riser, more than a doorstep.
   double plane_gap = 0.15;  ///< m: a plane fills gaps of its surfels this far from them ...
-  double plane_ring = 0.5;  ///< m: ... and nothing more up to here: outlines do not tell holes, but
+  double plane_ring = 0.3;  ///< m: ... and nothing more up to here: outlines do not tell holes, but
                             ///< a plane that was looked at has surfels where it is
   double seed_radius = 2.0;      ///< m around the path where floor is looked for: cameras see the
                                  ///< ground from a metre ahead on
