@@ -76,11 +76,12 @@ struct Tile {
   std::vector<Obstacle> obstacles;                   ///< by cell, then ascending
   std::array<std::uint8_t, kCells> flags{};
   std::int32_t components = 0;
-  std::vector<Vote> votes;          ///< of the path, ascending by pose
-  std::vector<char> reached;        ///< of components
-  std::vector<std::int32_t> sizes;  ///< of components, in levels
-  std::vector<Link> right, above;   ///< to the tiles there
-  std::vector<Site> sites;          ///< kCells or none
+  std::vector<Vote> votes;                            ///< of the path, ascending by pose
+  std::vector<char> reached;                          ///< of components
+  std::vector<std::int32_t> sizes;                    ///< of components, in levels
+  std::vector<Link> right, above;                     ///< to the tiles there
+  Tile *right_tile = nullptr, *above_tile = nullptr;  ///< where the links lead
+  std::vector<Site> sites;                            ///< kCells or none
 
   // What the update under way has to do.
   bool redraw = false, reseed = false, rerefer = false, rechoose = false;

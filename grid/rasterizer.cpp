@@ -29,6 +29,10 @@ struct Rasterizer::State {
   void link(const TileKey& key, Tile& tile) const;
   void reach();
   float floor_height(const std::vector<Tile*>& floors, Components& all, std::int32_t floor) const;
+  std::vector<char> voted(const std::vector<Tile*>& floors, Components& all,
+                          std::size_t count) const;
+  std::int32_t largest(const std::vector<Tile*>& floors, Components& all, std::size_t count) const;
+  void spread(const std::vector<Tile*>& floors, Components& all, const std::vector<char>& reached);
   void choose_again(Tile& tile);
   void judge();
   void judge(const TileKey& key, int i0, int j0, int i1, int j1);
@@ -79,8 +83,40 @@ void Rasterizer::State::link(const TileKey& key, Tile& tile) const {
       }
     }
   };
-  join(tile_at(key, 1, 0), tile.right, true);
-  join(tile_at(key, 0, 1), tile.above, false);
+  tile.right_tile = tile_at(key, 1, 0);
+  tile.above_tile = tile_at(key, 0, 1);
+  join(tile.right_tile, tile.right, true);
+  join(tile.above_tile, tile.above, false);
+}
+
+// The components that are best under some pose of the path, by root.
+std::vector<char> Rasterizer::State::voted(const std::vector<Tile*>& floors, Components& all,
+                                           std::size_t count) const {
+  std::vector<std::pair<double, std::int32_t>> best(book.seeds.size(), {1e300, -1});
+  for (const Tile* tile : floors) {
+    for (const Vote& vote : tile->votes) {
+      auto& leader = best[static_cast<std::size_t>(vote.pose)];
+      const std::pair<double, std::int32_t> now{vote.score, tile->first_component + vote.component};
+      if (now < leader) leader = now;
+    }
+  }
+  std::vector<char> reached(count, 0);
+  for (const auto& [score, component] : best) {
+    if (component >= 0) reached[static_cast<std::size_t>(all.root(component))] = 1;
+  }
+  return reached;
+}
+
+std::int32_t Rasterizer::State::largest(const std::vector<Tile*>& floors, Components& all,
+                                        std::size_t count) const {
+  std::vector<std::int64_t> size(count, 0);
+  for (const Tile* tile : floors) {
+    for (std::int32_t k = 0; k < tile->components; ++k) {
+      size[static_cast<std::size_t>(all.root(tile->first_component + k))] +=
+          tile->sizes[static_cast<std::size_t>(k)];
+    }
+  }
+  return static_cast<std::int32_t>(std::max_element(size.begin(), size.end()) - size.begin());
 }
 
 // Components of all tiles, joined over their borders; those under the path are the robot's floor.
@@ -100,51 +136,40 @@ void Rasterizer::State::reach() {
   floor_seen = count > 0;
   Components all(static_cast<std::size_t>(count));
   for (const Tile* tile : floors) {
-    const auto join = [&](const std::vector<Link>& links, int di, int dj) {
-      if (links.empty()) return;
-      const std::int32_t there = tile_at(key_of(*tile), di, dj)->first_component;
-      for (const Link& l : links) all.join(tile->first_component + l.here, there + l.there);
+    const auto join = [&](const std::vector<Link>& links, const Tile* other) {
+      for (const Link& l : links) {
+        all.join(tile->first_component + l.here, other->first_component + l.there);
+      }
     };
-    join(tile->right, 1, 0);
-    join(tile->above, 0, 1);
+    join(tile->right, tile->right_tile);
+    join(tile->above, tile->above_tile);
   }
-  std::vector<char> reached(static_cast<std::size_t>(count), 0);
-  std::vector<std::int64_t> size(static_cast<std::size_t>(count), 0);
-  for (const Tile* tile : floors) {
-    for (std::int32_t k = 0; k < tile->components; ++k) {
-      const auto at = static_cast<std::size_t>(all.root(tile->first_component + k));
-      size[at] += tile->sizes[static_cast<std::size_t>(k)];
-    }
-  }
-  std::vector<std::pair<double, std::int32_t>> best(book.seeds.size(), {1e300, -1});
-  for (const Tile* tile : floors) {
-    for (const Vote& vote : tile->votes) {
-      auto& leader = best[static_cast<std::size_t>(vote.pose)];
-      if (vote.score >= leader.first) continue;
-      leader = {vote.score, all.root(tile->first_component + vote.component)};
-    }
-  }
-  for (const auto& [score, root] : best) {
-    if (root >= 0) reached[static_cast<std::size_t>(root)] = 1;
-  }
+  std::vector<char> reached = voted(floors, all, static_cast<std::size_t>(count));
   float height = std::numeric_limits<float>::quiet_NaN();
   if (count > 0 && std::find(reached.begin(), reached.end(), 1) == reached.end()) {
-    const auto floor = std::max_element(size.begin(), size.end()) - size.begin();
+    const std::int32_t floor = largest(floors, all, static_cast<std::size_t>(count));
     reached[static_cast<std::size_t>(floor)] = 1;
-    height = floor_height(floors, all, static_cast<std::int32_t>(floor));
+    height = floor_height(floors, all, floor);
   }
   if (!(height == fallback || (std::isnan(height) && std::isnan(fallback)))) {
     for (const auto& [key, tile] : book.tiles) choose_again(*tile);
   }
   fallback = height;
+  spread(floors, all, reached);
+}
+
+void Rasterizer::State::spread(const std::vector<Tile*>& floors, Components& all,
+                               const std::vector<char>& reached) {
   for (Tile* tile : floors) {
-    std::vector<char> now(static_cast<std::size_t>(tile->components));
+    bool changed = tile->reached.size() != static_cast<std::size_t>(tile->components);
+    tile->reached.resize(static_cast<std::size_t>(tile->components));
     for (std::int32_t k = 0; k < tile->components; ++k) {
-      now[static_cast<std::size_t>(k)] =
-          reached[static_cast<std::size_t>(all.root(tile->first_component + k))];
+      char& is = tile->reached[static_cast<std::size_t>(k)];
+      const char now = reached[static_cast<std::size_t>(all.root(tile->first_component + k))];
+      changed = changed || is != now;
+      is = now;
     }
-    if (now != tile->reached) choose_again(*tile);
-    tile->reached = std::move(now);
+    if (changed) choose_again(*tile);
   }
 }
 
