@@ -11,6 +11,9 @@ constexpr double kDegree = 0.017453292519943295;
 // Pixels looked at before and behind an edge to call it sharp, and how many must be floor.
 constexpr int kSharpWindow = 10, kSharpFloor = 9;
 
+// Frames after which the tracked mounting stands in for a floor that was not found.
+constexpr int kTrackedFrames = 3;
+
 enum class Pixel { kMissing, kFloor, kAbove, kBelow };
 
 // State of one walk.
@@ -28,7 +31,12 @@ class Walk {
             static_cast<float>(options.noise_sigmas *
                                std::hypot(view.noise.disparity_sigma, view.noise.disparity_floor))),
         step_(static_cast<float>(options.max_step_m)),
-        depth_(static_cast<float>(options.min_hole_depth_m)) {}
+        depth_(static_cast<float>(options.min_hole_depth_m)) {
+    // A floor taken from the tracked mounting is not this frame's own.
+    step_ += planes.slack;
+    depth_ += planes.slack;
+    follow(0);
+  }
 
   WalkEnd run();
 
@@ -39,6 +47,7 @@ class Walk {
   void accept(int i);
   WalkEnd end_at(BeamCause cause, double beyond);
   WalkEnd end_of_floor();
+  void follow(int plane);
   double range_on_floor(double i) const;
   double floor_height(double range) const;
   bool in_shadow() const;
@@ -53,6 +62,7 @@ class Walk {
   float noise_px_, step_, depth_;
 
   int plane_ = 0, next_plane_ = 0;
+  double disparity0_ = 0, disparity_step_ = 0, outward0_ = 0, outward_step_ = 0;
   float offset_ = 0;  // running mean of the height above the plane (m)
   float height_ = 0;  // of the pixel at hand above the plane walked on (m)
   float d_ = 0;       // its disparity
@@ -64,15 +74,23 @@ class Walk {
   std::uint32_t history_ = 0;             // one bit a sample up to last_: was it floor?
 };
 
+// Along a line the floor's disparity and the ray's outward part both change linearly.
+void Walk::follow(int plane) {
+  plane_ = plane;
+  const Eigen::Vector3d p =
+      planes_.planes[static_cast<std::size_t>(plane)].disparity.cast<double>();
+  const double u = static_cast<double>(line_.u0), v = static_cast<double>(line_.v0);
+  const double du = static_cast<double>(line_.du), dv = static_cast<double>(line_.dv);
+  disparity0_ = p.dot(Eigen::Vector3d(u - view_.cx, v - view_.cy, 1));
+  disparity_step_ = p.x() * du + p.y() * dv;
+  outward0_ = view_.ray(u, v).head<2>().dot(direction_);
+  outward_step_ = view_.ray(u + du, v + dv).head<2>().dot(direction_) - outward0_;
+}
+
 // Horizontal distance from the camera's foot at which sample i's ray meets the floor walked on.
 double Walk::range_on_floor(double i) const {
-  const WalkPlane& p = planes_.planes[static_cast<std::size_t>(plane_)];
-  const double u = static_cast<double>(line_.u0) + i * static_cast<double>(line_.du) - view_.cx;
-  const double v = static_cast<double>(line_.v0) + i * static_cast<double>(line_.dv) - view_.cy;
-  const double d = p.disparity.cast<double>().dot(Eigen::Vector3d(u, v, 1));
-  if (!(d > 1e-9)) return 1e9;
-  const double z = view_.noise.focal_baseline / d;
-  return (view_.ray(u + view_.cx, v + view_.cy) * z).head<2>().dot(direction_);
+  const double d = disparity0_ + i * disparity_step_;
+  return d > 1e-9 ? view_.noise.focal_baseline / d * (outward0_ + i * outward_step_) : 1e9;
 }
 
 double Walk::floor_height(double range) const {
@@ -126,7 +144,7 @@ Pixel Walk::classify(int i) {
 
 void Walk::accept(int i) {
   if (next_plane_ != plane_) {
-    plane_ = next_plane_;
+    follow(next_plane_);
     offset_ = height_ = 0;
   }
   const double range = range_on_floor(i);
@@ -207,6 +225,10 @@ WalkEnd Walk::end_at(BeamCause cause, double beyond) {
 WalkEnd Walk::end_of_floor() {
   WalkEnd end = end_at(BeamCause::kEdgeOfKnowledge, 1e9);
   if (last_ < 0) return end;
+  // Floor that leaves the image ends nowhere; stereo has no depth along the sides.
+  const bool seen_behind = pending_ > 0 || above_ > 0;
+  const int unseen = line_.samples - last_ - 1;
+  if (!seen_behind && (line_.exits_side || unseen < 2 * kSharpWindow)) end.sharp = false;
   end.sharp = end.sharp && !faded(end.range);
   end.shadow = end.sharp && in_shadow();
   return end;
@@ -235,7 +257,10 @@ WalkEnd Walk::run() {
       if (last_ >= 0 &&
           range - last_range_ > options_.max_gap_m + 2 * (range_on_floor(last_ + 1) - last_range_))
         return end_of_floor();
-      return end_at(BeamCause::kObstacle, range);
+      WalkEnd end = end_at(BeamCause::kObstacle, range);
+      end.range = range;
+      end.footprint = 0;
+      return end;
     }
     if (below_++ == 0) {
       first_below_ = i;
@@ -244,19 +269,11 @@ WalkEnd Walk::run() {
     if (below_ < options_.min_run_px) continue;
     const double beyond = range_on_floor(first_below_ - 0.5);
     WalkEnd end = end_at(BeamCause::kHole, beyond);
-    // Where the sensor fades the rim lies somewhere in the gap.
-    if (last_ >= 0 && end.gap > 0 && (!end.sharp || faded(end.range))) {
-      const double shift = std::min(0.5 * end.gap, options_.max_faded_gap_m);
-      end.range += shift;
-      end.footprint = std::max(end.footprint, shift);
-    }
+    end.beyond = beyond;
+    end.faded = last_ >= 0 && !end.sharp;
     return end;
   }
   return last_ < 0 ? WalkEnd() : end_of_floor();
-}
-
-bool alike(const WalkEnd& a, const WalkEnd& b, double footprints) {
-  return std::abs(a.range - b.range) <= footprints * std::max(a.footprint, b.footprint);
 }
 
 }  // namespace
@@ -264,7 +281,19 @@ bool alike(const WalkEnd& a, const WalkEnd& b, double footprints) {
 WalkPlanes walk_planes(const FloorResult& floor, const ScanView& view, const ScanOptions& options) {
   WalkPlanes out;
   out.of_label.assign(256, -1);
-  if (floor.dominant < 0) return out;
+  if (floor.dominant < 0) {
+    // Too close to a rim to fit a floor: the tracked mounting still says where it is.
+    if (floor.mounting.frames < kTrackedFrames || !floor.mounting.rigid || !(view.height() > 0.01))
+      return out;
+    const Eigen::Vector3d n = view.R.transpose() * Eigen::Vector3d(0, 0, 1);
+    const double scale = -view.noise.focal_baseline / view.height();
+    WalkPlane w;
+    w.disparity = (scale * Eigen::Vector3d(n.x() / view.fx, n.y() / view.fy, n.z())).cast<float>();
+    w.camera_height = static_cast<float>(view.height());
+    out.planes.push_back(w);
+    out.slack = 0.01F;
+    return out;
+  }
   const SE3 T = view.T_body_camera;
   const auto add = [&](std::size_t k) {
     const ExtractedPlane& p = floor.planes[k];
@@ -293,114 +322,6 @@ WalkEnd walk(const ScanView& view, const WalkLine& line, std::span<const std::ui
              WalkPlanes& planes, const ScanOptions& options) {
   if (planes.planes.empty()) return {};
   return Walk(view, line, labels, planes, options).run();
-}
-
-void find_ledges(const ScanView&, const std::vector<WalkLine>&, const ScanOptions& options,
-                 std::vector<WalkEnd>& ends) {
-  constexpr int kNeighbours = 4, kNeeded = 6;
-  const auto candidate = [&](const WalkEnd& e) {
-    return (e.cause == BeamCause::kEdgeOfKnowledge && e.sharp && !e.shadow) ||
-           (e.cause == BeamCause::kHole && e.sharp);
-  };
-  std::vector<std::size_t> ledges;
-  for (std::size_t j = 0; j < ends.size(); ++j) {
-    if (ends[j].cause != BeamCause::kEdgeOfKnowledge || !candidate(ends[j])) continue;
-    if (ends[j].gap <= options.max_gap_m) continue;
-    int agree = 0;
-    for (const int side : {-1, 1}) {
-      const WalkEnd* last = &ends[j];
-      for (int k = 1; k <= kNeighbours; ++k) {
-        const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(j) + side * k;
-        if (at < 0 || at >= static_cast<std::ptrdiff_t>(ends.size())) break;
-        const WalkEnd& e = ends[static_cast<std::size_t>(at)];
-        if (!candidate(e) || !alike(e, *last, 3)) continue;
-        last = &e;
-        ++agree;
-      }
-    }
-    if (agree >= kNeeded) ledges.push_back(j);
-  }
-  for (const std::size_t j : ledges) ends[j].cause = BeamCause::kLedge;
-}
-
-void smooth_edges(std::vector<WalkEnd>& ends) {
-  const std::vector<WalkEnd> raw = ends;
-  for (std::size_t j = 0; j < raw.size(); ++j) {
-    if (!is_negative(raw[j].cause) || raw[j].sample < 0) continue;
-    double sum = raw[j].range, weight = 1;
-    // In pairs, so that an oblique rim is not pulled to one side.
-    for (std::size_t k = 1; k <= 2; ++k) {
-      if (j < k || j + k >= raw.size()) break;
-      const WalkEnd &a = raw[j - k], &b = raw[j + k];
-      if (!is_negative(a.cause) || !is_negative(b.cause)) break;
-      if (!alike(a, raw[j], 2.5) || !alike(b, raw[j], 2.5)) break;
-      sum += a.range + b.range;
-      weight += 2;
-    }
-    ends[j].range = sum / weight;
-    ends[j].footprint = raw[j].footprint / std::sqrt(weight);
-  }
-}
-
-namespace {
-
-struct End2 {
-  double angle = 0, range = 0;
-};
-
-End2 in_body(const ScanView& view, double azimuth, double range) {
-  const double x = view.t.x() + range * std::cos(azimuth),
-               y = view.t.y() + range * std::sin(azimuth);
-  return {std::atan2(y, x), std::hypot(x, y)};
-}
-
-void put(ObstacleScan& out, int beam, double range, const WalkEnd& end) {
-  if (beam < 0 || range > out.range_max) return;
-  const std::size_t b = static_cast<std::size_t>(beam);
-  const bool knowledge = end.cause == BeamCause::kEdgeOfKnowledge;
-  const bool held = out.cause[b] != BeamCause::kNone && out.cause[b] != BeamCause::kEdgeOfKnowledge;
-  if (knowledge && held) return;
-  if (held == !knowledge && static_cast<double>(out.range[b]) <= range) return;
-  out.range[b] = static_cast<float>(range);
-  out.cause[b] = end.cause;
-  // Half a footprint either way, uniform, and half a pixel of lateral jitter [Barron2013].
-  out.sigma[b] = static_cast<float>(std::max(0.003, 0.58 * end.footprint));
-  out.height[b] = end.height;
-}
-
-}  // namespace
-
-void draw_ends(const ScanView& view, const std::vector<WalkLine>& lines,
-               const std::vector<WalkEnd>& ends, ObstacleScan& out) {
-  for (std::size_t j = 0; j < ends.size(); ++j) {
-    const WalkEnd& e = ends[j];
-    if (e.cause == BeamCause::kNone) continue;
-    const End2 a = in_body(view, lines[j].azimuth, e.range);
-    const bool counts = e.cause != BeamCause::kObstacle;
-    const int at = out.beam_of(a.angle);
-    if (counts) put(out, at, a.range, e);
-    if (at >= 0 && e.sample >= 0) {
-      float& reach = out.floor_range[static_cast<std::size_t>(at)];
-      reach =
-          reach > 0 ? std::min(reach, static_cast<float>(a.range)) : static_cast<float>(a.range);
-    }
-    if (j + 1 >= ends.size() || ends[j + 1].cause == BeamCause::kNone) continue;
-    // The beams between two ends that belong together.
-    const WalkEnd& f = ends[j + 1];
-    const End2 b = in_body(view, lines[j + 1].azimuth, f.range);
-    const int to = out.beam_of(b.angle);
-    if (at < 0 || to < 0 || std::abs(to - at) < 2 || std::abs(to - at) > 20) continue;
-    const bool joined = alike(e, f, 4) || std::abs(a.range - b.range) < 0.1;
-    const bool drawn = counts && f.cause != BeamCause::kObstacle && joined;
-    const int way = to > at ? 1 : -1;
-    for (int beam = at + way; beam != to; beam += way) {
-      const double x = (out.angle(static_cast<std::size_t>(beam)) - a.angle) / (b.angle - a.angle);
-      const double range = a.range + (b.range - a.range) * std::clamp(x, 0.0, 1.0);
-      if (drawn) put(out, beam, range, e);
-      float& reach = out.floor_range[static_cast<std::size_t>(beam)];
-      if (e.sample >= 0 && reach == 0) reach = static_cast<float>(std::min(a.range, b.range));
-    }
-  }
 }
 
 }  // namespace lamina

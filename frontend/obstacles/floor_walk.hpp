@@ -23,6 +23,7 @@ struct WalkPlane {
 /// The planes of a result that are floor (the dominant one first), and which label is which.
 struct WalkPlanes {
   std::vector<WalkPlane> planes;
+  float slack = 0;  ///< m added to tolerances: the floor is the tracked mounting's, not the frame's
   std::vector<std::int16_t> of_label;  ///< pixel label (0: none) -> index in planes, -1: no floor
 };
 WalkPlanes walk_planes(const FloorResult& floor, const ScanView& view, const ScanOptions& options);
@@ -35,6 +36,8 @@ struct WalkEnd {
   double gap = 0;        ///< m of unseen ground before what ended the walk; 0: none
   float height = 0;      ///< m, body z of the floor there
   int sample = -1;       ///< last sample on floor, -1: no floor was met
+  double beyond = 0;     ///< m, holes: the virtual floor point of the first ground seen below
+  bool faded = false;    ///< holes: the sensor was losing the floor before the rim
   bool sharp = false;    ///< floor was seen without holes up to there
   bool shadow = false;   ///< the gap behind is what a nearer thing hides from the second camera
 };
@@ -44,8 +47,7 @@ struct WalkEnd {
 ///   mean over local_floor_m follows the floor's unevenness; a pixel labelled as another level or
 ///   ramp takes over when that surface meets the one walked on within max_step_m.
 /// - min_run_px pixels nearer: an obstacle. The walk ends before them.
-/// - min_run_px pixels farther: a hole. It begins at the last floor; where the sensor faded before
-///   (grazing incidence), between the last floor and the virtual floor point of the first one.
+/// - min_run_px pixels farther: a hole. It begins at the last floor.
 /// - missing pixels: bridged when floor goes on at the predicted height and the unseen ground is
 ///   short (max_gap_m, or max_faded_gap_m where the floor fades). Otherwise an edge of knowledge;
 ///   the caller makes it a ledge where its neighbours agree (find_ledges).
@@ -55,8 +57,12 @@ WalkEnd walk(const ScanView& view, const WalkLine& line, std::span<const std::ui
 /// Edges of knowledge whose floor ended sharply, at less than grazing incidence and in no shadow,
 /// become ledges where most of the four neighbours on each side end alike, within three pixels a
 /// line: noise and fading sensors make no straight rims.
-void find_ledges(const ScanView& view, const std::vector<WalkLine>& lines,
-                 const ScanOptions& options, std::vector<WalkEnd>& ends);
+void find_ledges(const ScanOptions& options, std::vector<WalkEnd>& ends);
+
+/// Holes that fewer than four of the four neighbours on each side share become edges of knowledge.
+/// Where the sensor was fading a rim is the farthest floor seen by those neighbours; where it sees
+/// floor no more (lost_deg), what virtual floor projection says.
+void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<WalkEnd>& ends);
 
 /// Rims are taken as the mean over up to two neighbours on each side that end alike: a pixel's
 /// footprint at 3 m is 6 cm for a camera 0.3 m high.

@@ -12,6 +12,8 @@ namespace {
 
 constexpr double kDegree = 0.017453292519943295;
 
+constexpr double kFullView = 0.8;  // m
+
 ScanOptions checked(const ScanOptions& options) {
   const auto problems = options.problems();
   if (!problems.empty()) throw Error(problems.front());
@@ -24,7 +26,20 @@ ObstacleScan make_beams(const ScanView& view, Timestamp stamp, const ScanOptions
       options.angle_increment_deg > 0
           ? options.angle_increment_deg * kDegree
           : std::max(0.01, std::round(std::atan(1 / view.fx) / kDegree * 100) / 100) * kDegree;
-  const double from = std::ceil(view.azimuth_from / step), to = std::floor(view.azimuth_to / step);
+  // Beams start at the body's origin: only those the image shows from kFullView on, so that none
+  // reaches a far wall past ground beside the image.
+  const double span = view.azimuth_to - view.azimuth_from;
+  double trim = 0;
+  if (span < M_PI) {
+    const Eigen::Vector2d foot = view.t.head<2>();
+    for (const double edge : {view.azimuth_from, view.azimuth_to}) {
+      const double side = foot.x() * std::sin(edge) - foot.y() * std::cos(edge);
+      trim = std::max(trim, std::asin(std::min(0.5, std::abs(side) / kFullView)));
+    }
+    trim = std::min(trim, 0.25 * span);
+  }
+  const double from = std::ceil((view.azimuth_from + trim) / step);
+  const double to = std::floor((view.azimuth_to - trim) / step);
   const double beams = std::min(std::max(0.0, to - from + 1), std::floor(2 * M_PI / step));
   const double range =
       options.range_max_m > 0 ? options.range_max_m : std::min(100.0, view.noise.max_range);
@@ -60,11 +75,19 @@ ObstacleScan ObstacleScanner::State::ours(const ScanView& view, const FloorResul
       lines.push_back(view.line(view.azimuth_from + (j + 0.5) * step));
       ends.push_back(walk(view, lines.back(), labels, planes, options));
     }
-    find_ledges(view, lines, options, ends);
+    find_ledges(options, ends);
+    settle_holes(view, options, ends);
     smooth_edges(ends);
     draw_ends(view, lines, ends, negative);
   }
   positive_scan(view, labels, planes, options, buffers, positive);
+  if (!options.obstacles_beyond_knowledge) {
+    for (std::size_t i = 0; i < positive.size(); ++i) {
+      const double known = static_cast<double>(negative.range[i]) + options.max_faded_gap_m;
+      if (negative.cause[i] != BeamCause::kEdgeOfKnowledge) continue;
+      if (static_cast<double>(positive.range[i]) > known) positive.cause[i] = BeamCause::kNone;
+    }
+  }
   return combine(positive, negative);
 }
 

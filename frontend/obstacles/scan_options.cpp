@@ -22,6 +22,7 @@ std::vector<std::string> ScanOptions::problems() const {
   need(max_gap_m > 0, "scan.max_gap_m: expected more than 0");
   need(max_faded_gap_m >= max_gap_m, "scan.max_faded_gap_m: expected max_gap_m or more");
   need(grazing_deg > 30 && grazing_deg < 90, "scan.grazing_deg: expected 30 to 90");
+  need(lost_deg >= grazing_deg && lost_deg < 90, "scan.lost_deg: expected grazing_deg to 90");
   need(local_floor_m > 0, "scan.local_floor_m: expected more than 0");
   need(document_tolerance_m > 0, "scan.document_tolerance_m: expected more than 0");
   return out;

@@ -81,10 +81,12 @@ WalkLine ScanView::line(double azimuth) const {
   // Directions from straight down (x = 0) to the horizon (x = 1).
   const Eigen::Vector3d a = project({0, 0, -1});
   const Eigen::Vector3d b = project({std::cos(azimuth), std::sin(azimuth), 0});
-  const double right = image->width - 1, bottom = image->height - 1;
+  // A margin at the sides: matchers' windows reach over the border there.
+  const double margin = std::floor(0.01 * image->width);
+  const double right = image->width - 1 - margin, bottom = image->height - 1;
   double from = 0, to = 1;
   clip(a.z() - 1e-6, b.z() - 1e-6, from, to);
-  clip(a.x(), b.x(), from, to);
+  clip(a.x() - margin * a.z(), b.x() - margin * b.z(), from, to);
   clip(a.y(), b.y(), from, to);
   clip(right * a.z() - a.x(), right * b.z() - b.x(), from, to);
   clip(bottom * a.z() - a.y(), bottom * b.z() - b.y(), from, to);
@@ -95,6 +97,7 @@ WalkLine ScanView::line(double azimuth) const {
   const double length = std::max(std::abs(way.x()), std::abs(way.y()));
   if (!(length >= 1)) return out;
   out.samples = static_cast<int>(length) + 1;
+  out.exits_side = end.x() < margin + 1 || end.x() > right - 1;
   out.u0 = static_cast<float>(start.x());
   out.v0 = static_cast<float>(start.y());
   out.du = static_cast<float>(way.x() / length);

@@ -1,0 +1,309 @@
+// The table of the obstacle scans: rims of holes, flat floors, stairs, speed, real potholes.
+//   obstacles_bench all | holes | flat [FRAMES] | stairs | time | real FOLDER | methods
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <string>
+
+#include <lamina/frontend/floor/floor_frontend.hpp>
+#include <lamina/frontend/obstacles/obstacle_scanner.hpp>
+#include <lamina/sensors/recording.hpp>
+#include <lamina/sensors/stereo_frame.hpp>
+#include <lamina/sim/world.hpp>
+
+using namespace lamina;
+
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+// A scene seen from poses of our choice with a believed mounting that is off.
+struct Stage {
+  Stage(const std::string& scene, const sim::Parameters& parameters, std::uint64_t seed)
+      : world(sim::make_scene(scene, parameters)),
+        caster(world.scene),
+        renderer(caster, world.rig.depth->camera, world.rig.depth->effects, seed) {}
+
+  DepthFrame frame(const SE3& T_map_body, std::uint64_t index, double roll, double pitch) {
+    const SE3 T_true = world.rig.depth->camera.camera.T_body_camera;
+    const SE3 T_map_camera = T_map_body * T_true;
+    truth = renderer.truth(T_map_camera);
+    DepthFrame f = renderer.measure(truth, T_map_camera, Timestamp(), index);
+    SE3& T = f.camera.camera.T_body_camera;
+    T = SE3(SO3::exp({roll, pitch, 0}) * T.so3(), T.translation());
+    return f;
+  }
+
+  sim::World world;
+  sim::Caster caster;
+  sim::DepthRenderer renderer;
+  sim::DepthTruth truth;
+};
+
+SE3 pose(double x, double y, double yaw) { return SE3(SO3::rot_z(yaw), {x, y, 0}); }
+
+// Range at which a beam first crosses a rim, -1: never. `near`: that rim faces the robot.
+double crossing(const sim::Scene& scene, const SE3& T_map_body, double angle, bool& near) {
+  const Eigen::Vector2d o = T_map_body.translation().head<2>();
+  const Eigen::Vector3d d3 =
+      T_map_body.so3() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);
+  const Eigen::Vector2d d = d3.head<2>();
+  double best = -1;
+  for (const sim::HoleEdge& e : scene.hole_edges()) {
+    const Eigen::Vector2d a = e.from_map.head<2>(), s = e.to_map.head<2>() - a;
+    const double cross = d.x() * s.y() - d.y() * s.x();
+    if (std::abs(cross) < 1e-9) continue;
+    const Eigen::Vector2d w = a - o;
+    const double r = (w.x() * s.y() - w.y() * s.x()) / cross;
+    const double k = (w.x() * d.y() - w.y() * d.x()) / cross;
+    if (r > 0 && k >= 0 && k <= 1 && (best < 0 || r < best)) {
+      best = r;
+      near = std::abs(s.x()) < 1e-6;
+    }
+  }
+  return best;
+}
+
+double quantile(std::vector<double> v, double q) {
+  if (v.empty()) return NAN;
+  std::sort(v.begin(), v.end());
+  return v[std::min(v.size() - 1, static_cast<std::size_t>(q * static_cast<double>(v.size())))];
+}
+
+struct Rims {
+  int beams = 0, reported = 0, passed = 0;
+  std::vector<double> errors;
+};
+
+// Beams over the near edge, by range of the edge: up to 2 m, 2 to 3 m.
+void score(const Stage& stage, const SE3& T, const ObstacleScan& scan, Rims (&rims)[2]) {
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    bool near = false;
+    const double truth = crossing(stage.world.scene, T, scan.angle(i), near);
+    if (truth < 0 || !near || truth > 3) continue;
+    Rims& r = rims[truth <= 2 ? 0 : 1];
+    ++r.beams;
+    if (scan.cause[i] == BeamCause::kNone || scan.cause[i] == BeamCause::kEdgeOfKnowledge) continue;
+    const double error = static_cast<double>(scan.range[i]) - truth;
+    r.passed += error > 0.3;
+    if (std::abs(error) > 0.3) continue;
+    ++r.reported;
+    r.errors.push_back(error);
+  }
+}
+
+void print(const char* name, double off, const Rims (&rims)[2]) {
+  std::printf("%-30s %+.1f deg", name, off);
+  const double limit[2] = {0.03, 0.06};
+  for (int b = 0; b < 2; ++b) {
+    const Rims& r = rims[b];
+    double mean = 0;
+    int within = 0;
+    for (double e : r.errors) {
+      mean += e / static_cast<double>(r.errors.size());
+      within += std::abs(e) <= limit[b];
+    }
+    std::printf("  | %s %6.2f %% of %6d, passed %.2f %%, bias %+.1f cm, within %.0f cm %5.1f %%",
+                b == 0 ? "to 2 m" : "to 3 m", 100.0 * r.reported / std::max(1, r.beams), r.beams,
+                100.0 * r.passed / std::max(1, r.beams), 100 * mean, 100 * limit[b],
+                100.0 * within / std::max<std::size_t>(1, r.errors.size()));
+  }
+  std::printf("\n");
+}
+
+void bench_holes(const ScanOptions& options, int frames) {
+  struct Rig {
+    const char* name;
+    sim::Parameters parameters;
+  };
+  const Rig rigs[] = {
+      {"0.3 m, grazing on", {}},
+      {"0.3 m, grazing off", {{"effects.grazing", "false"}}},
+      {"0.8 m, 20 deg down", {{"camera.height_m", "0.8"}, {"camera.pitch_deg", "20"}}}};
+  for (const char* scene : {"hole", "hole_no_wall"}) {
+    for (const Rig& rig : rigs) {
+      for (const double off : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
+        Stage stage(scene, rig.parameters, 7);
+        Rims rims[2];
+        FloorFrontend frontend;
+        ObstacleScanner scanner(options);
+        for (int k = 0; k < frames; ++k) {
+          const double x = -0.9 + 2.0 * k / frames;
+          const SE3 T = pose(x, 0.2 * std::sin(k * 1.3), 0.1 * std::sin(k * 2.1));
+          const DepthFrame f =
+              stage.frame(T, static_cast<std::uint64_t>(k), 0.5 * off * kDegree, off * kDegree);
+          score(stage, T, scanner.process(f, frontend.process(f)), rims);
+        }
+        print((std::string(scene) + " " + rig.name).c_str(), off, rims);
+      }
+    }
+  }
+}
+
+void bench_flat(int frames) {
+  int beams[5] = {}, not_found = 0;
+  for (int k = 0; k < frames; ++k) {
+    const bool low = k % 2 == 0;
+    static const sim::Parameters kLow{{"camera.height_m", "0.3"}, {"camera.pitch_deg", "0"}};
+    static Stage low_stage("flat", kLow, 3), high_stage("flat", {}, 4);
+    Stage& stage = low ? low_stage : high_stage;
+    const double off = std::sin(k * 1.7) * kDegree;
+    const DepthFrame f = stage.frame(SE3(), static_cast<std::uint64_t>(k), 0.5 * off, off);
+    FloorFrontend frontend;
+    ObstacleScanner scanner;
+    const FloorResult floor = frontend.process(f);
+    not_found += floor.status != FloorStatus::kFound;
+    for (const BeamCause c : scanner.process(f, floor).cause) ++beams[static_cast<int>(c)];
+  }
+  std::printf(
+      "flat, %d frames, 0.3 m and default mounting, up to 1 deg off: false beams: hole %d, "
+      "ledge %d, obstacle %d; edge of knowledge %d, none %d; floor missed %d\n",
+      frames, beams[2], beams[3], beams[1], beams[4], beams[0], not_found);
+}
+
+void bench_stairs(int frames) {
+  Stage stage("stairs_down", {}, 5);
+  for (const double off : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
+    int beams = 0, passed = 0, unknown = 0, negative = 0, obstacles = 0, posts = 0, seen = 0;
+    FloorFrontend frontend;
+    ObstacleScanner scanner;
+    for (int k = 0; k < frames; ++k) {
+      const SE3 T =
+          pose(-0.2 + 2.0 * k / frames, 0.1 * std::sin(k * 1.3), 0.05 * std::sin(k * 2.1));
+      const DepthFrame f =
+          stage.frame(T, static_cast<std::uint64_t>(k), 0.5 * off * kDegree, off * kDegree);
+      const ObstacleScan scan = scanner.process(f, frontend.process(f));
+      for (std::size_t i = 0; i < scan.size(); ++i) {
+        bool near = false;
+        const double truth = crossing(stage.world.scene, T, scan.angle(i), near);
+        if (truth < 0 || !near) continue;
+        ++beams;
+        const bool none = scan.cause[i] == BeamCause::kNone;
+        unknown += none || scan.cause[i] == BeamCause::kEdgeOfKnowledge;
+        negative += is_negative(scan.cause[i]);
+        obstacles += scan.cause[i] == BeamCause::kObstacle;
+        passed += !none && static_cast<double>(scan.range[i]) > truth + 0.05;
+      }
+      for (const sim::Cylinder& c : stage.world.scene.cylinders()) {
+        if (c.name != "post") continue;
+        const Eigen::Vector3d p = T.inverse() * c.base_map;
+        const double r = p.head<2>().norm(), a = std::atan2(p.y(), p.x());
+        if (r > 3 || r < 0.8 || std::abs(a) > 0.45 || c.base_map.x() > 2.46) continue;
+        ++posts;
+        bool hit = false;
+        for (int d = -4; d <= 4; ++d) {
+          const int b = scan.beam_of(a + d * scan.angle_increment);
+          hit |= b >= 0 && scan.cause[static_cast<std::size_t>(b)] == BeamCause::kObstacle &&
+                 std::abs(static_cast<double>(scan.range[static_cast<std::size_t>(b)]) - r) < 0.1;
+        }
+        seen += hit;
+      }
+    }
+    std::printf(
+        "stairs_down %+.1f deg: %d beams over the first edge, passed %d, no return %.2f %% "
+        "(negative %d, obstacle %d); posts of the front railing seen %d of %d\n",
+        off, beams, passed, 100.0 * unknown / std::max(1, beams), negative, obstacles, seen, posts);
+  }
+}
+
+void bench_time() {
+  for (const char* scene : {"hole", "flat", "room", "stairs_down"}) {
+    Stage stage(scene, {}, 1);
+    const DepthFrame f = stage.frame(stage.world.path.at(0), 0, 0, 0);
+    FloorFrontend frontend;
+    const FloorResult floor = frontend.process(f);
+    ObstacleScanner scanner;
+    std::vector<double> ms;
+    for (int k = 0; k < 100; ++k) {
+      const std::clock_t start = std::clock();
+      scanner.process(f, floor);
+      ms.push_back(1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+    }
+    std::printf("time %-12s median %.2f ms of CPU, least %.2f ms\n", scene, quantile(ms, 0.5),
+                quantile(ms, 0));
+  }
+}
+
+void bench_real(const char* folder, bool verbose) {
+  const auto recording = open_recording(folder);
+  FloorOptions floor_options;
+  floor_options.unknown_cone_deg = 75;  // the mounting is unknown: the camera may look steeply down
+  FloorFrontend frontend(floor_options);
+  ObstacleScanner scanner;
+  int index = 0;
+  while (const auto m = recording->next()) {
+    const StereoFrame* pair = std::get_if<StereoFrame>(&*m);
+    const DepthFrame* depth = std::get_if<DepthFrame>(&*m);
+    if (!pair && !depth) continue;
+    const DepthFrame f = pair ? depth_from_stereo(*pair) : *depth;
+    const FloorResult floor = frontend.process(f);
+    const ObstacleScan scan = scanner.process(f, floor);
+    int beams[5] = {};
+    for (const BeamCause c : scan.cause) ++beams[static_cast<int>(c)];
+    std::printf("%3d floor %-9s height %.3f m: obstacle %d hole %d ledge %d knowledge %d none %d\n",
+                index++, to_string(floor.status), floor.T_body_camera.translation().z(), beams[1],
+                beams[2], beams[3], beams[4], beams[0]);
+    if (!floor.reason.empty()) std::printf("      %s\n", floor.reason.c_str());
+    // Runs of beams that end alike.
+    for (std::size_t i = 0, k = 0; verbose && i < scan.size(); i = k) {
+      for (k = i; k < scan.size() && scan.cause[k] == scan.cause[i]; ++k) {
+      }
+      if (!is_negative(scan.cause[i])) continue;
+      std::printf(
+          "      %s %.1f to %.1f deg, %.2f to %.2f m\n", to_string(scan.cause[i]),
+          scan.angle(i) / kDegree, scan.angle(k - 1) / kDegree,
+          static_cast<double>(*std::min_element(scan.range.begin() + static_cast<long>(i),
+                                                scan.range.begin() + static_cast<long>(k))),
+          static_cast<double>(*std::max_element(scan.range.begin() + static_cast<long>(i),
+                                                scan.range.begin() + static_cast<long>(k))));
+    }
+  }
+}
+
+void dump(const char* scene, double x, bool grazing) {
+  Stage stage(scene, {{"effects.grazing", grazing ? "true" : "false"}}, 7);
+  const DepthFrame f = stage.frame(pose(x, 0, 0), 1, 0, 0);
+  FloorFrontend frontend;
+  ObstacleScanner scanner;
+  const FloorResult floor = frontend.process(f);
+  std::printf("%s dominant %d height %.4f\n", to_string(floor.status), floor.dominant,
+              floor.T_body_camera.translation().z());
+  for (const auto& p : floor.planes)
+    std::printf("  plane px %ld kind %d area %.2f slope %.1f height %.3f rho %.3f\n",
+                static_cast<long>(p.pixels), static_cast<int>(p.kind), p.area, p.slope / kDegree,
+                p.height, p.plane_camera.rho());
+  const ObstacleScan s = scanner.process(f, floor);
+  for (std::size_t i = 0; i < s.size(); i += 25) {
+    bool near = false;
+    std::printf("  %6.1f deg %s %.2f truth %.2f floor to %.2f\n", s.angle(i) / kDegree,
+                to_string(s.cause[i]), static_cast<double>(s.range[i]),
+                crossing(stage.world.scene, pose(x, 0, 0), s.angle(i), near),
+                static_cast<double>(s.floor_range[i]));
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::string verb = argc > 1 ? argv[1] : "all";
+  const bool all = verb == "all";
+  const int count = argc > 2 && verb != "real" ? std::atoi(argv[2]) : 0;
+  if (all || verb == "holes") bench_holes({}, count > 0 ? count : 40);
+  if (all || verb == "flat") bench_flat(count > 0 ? count : 1000);
+  if (all || verb == "stairs") bench_stairs(count > 0 ? count : 40);
+  if (all || verb == "time") bench_time();
+  if (verb == "real" && argc > 2) bench_real(argv[2], argc > 3);
+  if (verb == "dump") dump(argv[2], std::atof(argv[3]), argc > 4);
+  if (all || verb == "methods") {
+    ScanOptions document;
+    document.method = NegativeMethod::kDocument;
+    std::printf("the document's methods, levelled:\n");
+    bench_holes(document, count > 0 ? count : 10);
+    document.leveled = false;
+    std::printf("the document's methods, mounting as calibrated:\n");
+    bench_holes(document, count > 0 ? count : 10);
+  }
+  return 0;
+}

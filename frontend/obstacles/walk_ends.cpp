@@ -1,0 +1,160 @@
+// What neighbouring walks say together: ledges, holes that hold, smooth rims, beams.
+#include <lamina/frontend/obstacles/floor_walk.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lamina {
+namespace {
+
+constexpr double kDegree = 0.017453292519943295;
+
+bool alike(const WalkEnd& a, const WalkEnd& b, double footprints) {
+  return std::abs(a.range - b.range) <= footprints * std::max(a.footprint, b.footprint);
+}
+
+}  // namespace
+
+void find_ledges(const ScanOptions& options, std::vector<WalkEnd>& ends) {
+  constexpr int kNeighbours = 4, kNeeded = 6;
+  const auto candidate = [&](const WalkEnd& e) {
+    return (e.cause == BeamCause::kEdgeOfKnowledge && e.sharp && !e.shadow) ||
+           (e.cause == BeamCause::kHole && e.sharp);
+  };
+  std::vector<std::size_t> ledges;
+  for (std::size_t j = 0; j < ends.size(); ++j) {
+    if (ends[j].cause != BeamCause::kEdgeOfKnowledge || !candidate(ends[j])) continue;
+    if (ends[j].gap <= options.max_gap_m) continue;
+    int agree = 0;
+    for (const int side : {-1, 1}) {
+      const WalkEnd* last = &ends[j];
+      for (int k = 1; k <= kNeighbours; ++k) {
+        const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(j) + side * k;
+        if (at < 0 || at >= static_cast<std::ptrdiff_t>(ends.size())) break;
+        const WalkEnd& e = ends[static_cast<std::size_t>(at)];
+        if (!candidate(e) || !alike(e, *last, 3)) continue;
+        last = &e;
+        ++agree;
+      }
+    }
+    if (agree >= kNeeded) ledges.push_back(j);
+  }
+  for (const std::size_t j : ledges) ends[j].cause = BeamCause::kLedge;
+}
+
+void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<WalkEnd>& ends) {
+  constexpr std::ptrdiff_t kNeighbours = 4;
+  constexpr int kNeeded = 4;
+  const std::vector<WalkEnd> raw = ends;
+  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(raw.size());
+  const double lost = view.height() * std::tan(options.lost_deg * kDegree);
+  for (std::ptrdiff_t j = 0; j < n; ++j) {
+    WalkEnd& end = ends[static_cast<std::size_t>(j)];
+    if (end.cause != BeamCause::kHole) continue;
+    int agree = 0;
+    double reach = end.range;
+    for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, j - kNeighbours);
+         k <= std::min(n - 1, j + kNeighbours); ++k) {
+      const WalkEnd& e = raw[static_cast<std::size_t>(k)];
+      if (k == j || !is_negative(e.cause)) continue;
+      const bool near = alike(e, end, 6) || std::abs(e.range - end.range) < 0.05;
+      agree += near || (e.faded && end.faded);
+      if (e.faded && e.range < end.beyond) reach = std::max(reach, e.range);
+    }
+    if (agree < kNeeded) {
+      end.cause = BeamCause::kEdgeOfKnowledge;
+      continue;
+    }
+    if (!end.faded || end.sample < 0) continue;
+    // A fading sensor shows the rim late or not at all: the farthest floor of the neighbours, or,
+    // where no floor can be seen any more, what the virtual floor says.
+    end.footprint = std::max(end.footprint, 0.3 * (reach - end.range));
+    end.range = reach;
+    const double gap = end.beyond - reach;
+    if (reach < lost || gap <= 0) continue;
+    end.range = gap > 2 * options.max_faded_gap_m ? end.beyond : reach + 0.5 * gap;
+    end.footprint = std::max(end.footprint, 0.3 * gap);
+  }
+}
+
+void smooth_edges(std::vector<WalkEnd>& ends) {
+  const std::vector<WalkEnd> raw = ends;
+  for (std::size_t j = 0; j < raw.size(); ++j) {
+    if (!is_negative(raw[j].cause) || raw[j].sample < 0) continue;
+    double sum = raw[j].range, weight = 1;
+    // In pairs, so that an oblique rim is not pulled to one side.
+    for (std::size_t k = 1; k <= 2; ++k) {
+      if (j < k || j + k >= raw.size()) break;
+      const WalkEnd &a = raw[j - k], &b = raw[j + k];
+      if (!is_negative(a.cause) || !is_negative(b.cause)) break;
+      if (!alike(a, raw[j], 2.5) || !alike(b, raw[j], 2.5)) break;
+      sum += a.range + b.range;
+      weight += 2;
+    }
+    ends[j].range = sum / weight;
+    ends[j].footprint = raw[j].footprint / std::sqrt(weight);
+  }
+}
+
+namespace {
+
+struct End2 {
+  double angle = 0, range = 0;
+};
+
+End2 in_body(const ScanView& view, double azimuth, double range) {
+  const double x = view.t.x() + range * std::cos(azimuth),
+               y = view.t.y() + range * std::sin(azimuth);
+  return {std::atan2(y, x), std::hypot(x, y)};
+}
+
+void put(ObstacleScan& out, int beam, double range, const WalkEnd& end) {
+  if (beam < 0 || range > out.range_max) return;
+  const std::size_t b = static_cast<std::size_t>(beam);
+  const bool knowledge = end.cause == BeamCause::kEdgeOfKnowledge;
+  const bool held = out.cause[b] != BeamCause::kNone && out.cause[b] != BeamCause::kEdgeOfKnowledge;
+  if (knowledge && held) return;
+  if (held == !knowledge && static_cast<double>(out.range[b]) <= range) return;
+  out.range[b] = static_cast<float>(range);
+  out.cause[b] = end.cause;
+  // Half a footprint either way, uniform, and half a pixel of lateral jitter [Barron2013].
+  out.sigma[b] = static_cast<float>(std::max(0.003, 0.58 * end.footprint));
+  out.height[b] = end.height;
+}
+
+}  // namespace
+
+void draw_ends(const ScanView& view, const std::vector<WalkLine>& lines,
+               const std::vector<WalkEnd>& ends, ObstacleScan& out) {
+  for (std::size_t j = 0; j < ends.size(); ++j) {
+    const WalkEnd& e = ends[j];
+    if (e.cause == BeamCause::kNone) continue;
+    const End2 a = in_body(view, lines[j].azimuth, e.range);
+    const int at = out.beam_of(a.angle);
+    put(out, at, a.range, e);
+    if (at >= 0 && e.sample >= 0) {
+      float& reach = out.floor_range[static_cast<std::size_t>(at)];
+      reach =
+          reach > 0 ? std::min(reach, static_cast<float>(a.range)) : static_cast<float>(a.range);
+    }
+    if (j + 1 >= ends.size() || ends[j + 1].cause == BeamCause::kNone) continue;
+    // The beams between two ends that belong together.
+    const WalkEnd& f = ends[j + 1];
+    const End2 b = in_body(view, lines[j + 1].azimuth, f.range);
+    const int to = out.beam_of(b.angle);
+    if (at < 0 || to < 0 || std::abs(to - at) < 2 || std::abs(to - at) > 20) continue;
+    const bool joined = alike(e, f, 4) || std::abs(a.range - b.range) < 0.1;
+    const bool drawn = e.cause != BeamCause::kObstacle && f.cause != BeamCause::kObstacle;
+    const int way = to > at ? 1 : -1;
+    for (int beam = at + way; beam != to; beam += way) {
+      const double x = (out.angle(static_cast<std::size_t>(beam)) - a.angle) / (b.angle - a.angle);
+      const double range = joined ? a.range + (b.range - a.range) * std::clamp(x, 0.0, 1.0)
+                                  : std::min(a.range, b.range);
+      if (drawn) put(out, beam, range, e);
+      float& reach = out.floor_range[static_cast<std::size_t>(beam)];
+      if (e.sample >= 0 && reach == 0) reach = static_cast<float>(std::min(a.range, b.range));
+    }
+  }
+}
+
+}  // namespace lamina
