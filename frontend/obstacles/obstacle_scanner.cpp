@@ -20,7 +20,8 @@ ScanOptions checked(const ScanOptions& options) {
   return options;
 }
 
-// Beams on a fixed lattice, so that small changes of the mounting do not move them.
+// Beams on a fixed lattice, so that small changes of the mounting do not move them; half a step
+// off zero, where the columns of an image with an even width look.
 ObstacleScan make_beams(const ScanView& view, Timestamp stamp, const ScanOptions& options) {
   const double step =
       options.angle_increment_deg > 0
@@ -40,10 +41,11 @@ ObstacleScan make_beams(const ScanView& view, Timestamp stamp, const ScanOptions
   }
   const double from = std::ceil((view.azimuth_from + trim) / step);
   const double to = std::floor((view.azimuth_to - trim) / step);
-  const double beams = std::min(std::max(0.0, to - from + 1), std::floor(2 * M_PI / step));
+  const double beams = std::min(std::max(0.0, to - from), std::floor(2 * M_PI / step));
   const double range =
       options.range_max_m > 0 ? options.range_max_m : std::min(100.0, view.noise.max_range);
-  return ObstacleScan::empty(stamp, from * step, step, static_cast<std::size_t>(beams), range);
+  return ObstacleScan::empty(stamp, (from + 0.5) * step, step, static_cast<std::size_t>(beams),
+                             range);
 }
 
 }  // namespace

@@ -1,0 +1,184 @@
+// Scans of small exact scenes: flat floor, pits, ledges, boxes, ramps; combination and merging.
+#include <gmock/gmock.h>
+
+#include <lamina/frontend/obstacles/obstacle_scanner.hpp>
+#include <lamina/models/error.hpp>
+
+#include "depth_scene.hpp"
+
+namespace lamina {
+namespace {
+
+using Ray = Eigen::Vector3d;
+
+ObstacleScan scan_of(const DepthFrame& f, const ScanOptions& options = {}) {
+  FloorFrontend floor;
+  ObstacleScanner scanner(options);
+  return scanner.process(f, floor.process(f));
+}
+
+int count(const ObstacleScan& s, BeamCause cause) {
+  return static_cast<int>(std::count(s.cause.begin(), s.cause.end(), cause));
+}
+
+TEST(ObstacleScanner, FlatFloorHasNeitherHolesNorObstacles) {
+  DepthFrame f = empty_frame();
+  draw(f, [](const Ray& o, const Ray& d) { return level(o, d, 0); });
+  const ObstacleScan s = scan_of(f);
+  ASSERT_GT(s.size(), 100u);
+  EXPECT_EQ(count(s, BeamCause::kHole) + count(s, BeamCause::kLedge), 0);
+  EXPECT_EQ(count(s, BeamCause::kObstacle), 0);
+  EXPECT_GT(s.floor_range[s.size() / 2], 3.0F);
+  // Nothing is a return, so nothing is free beyond what was seen.
+  for (const float r : s.to_laser_scan().ranges) EXPECT_TRUE(std::isnan(r));
+}
+
+// The near edge, though the floor goes on behind the pit.
+TEST(ObstacleScanner, PitBeginsAtItsNearEdge) {
+  for (const double depth : {0.1, 0.5}) {
+    DepthFrame f = empty_frame();
+    draw_pit(f, 1.5, 2.5, depth);
+    const ObstacleScan s = scan_of(f);
+    const std::size_t middle = s.size() / 2;
+    EXPECT_EQ(s.cause[middle], BeamCause::kHole) << depth;
+    EXPECT_NEAR(s.range[middle], 1.5, 0.03) << depth;
+    EXPECT_GT(s.sigma[middle], 0);
+    EXPECT_LT(s.sigma[middle], 0.03);
+  }
+}
+
+TEST(ObstacleScanner, PitWithoutAnyReturnIsALedge) {
+  DepthFrame f = empty_frame();
+  draw_pit(f, 1.5, 2.5, 0);
+  const ObstacleScan s = scan_of(f);
+  const std::size_t middle = s.size() / 2;
+  EXPECT_EQ(s.cause[middle], BeamCause::kLedge);
+  EXPECT_NEAR(s.range[middle], 1.5, 0.03);
+}
+
+TEST(ObstacleScanner, WrongMountingIsTakenFromTheFrame) {
+  for (const double error : {-0.0175, 0.0175}) {
+    DepthFrame f = empty_frame();
+    draw_pit(f, 1.5, 2.5, 0.3);
+    SE3& T = f.camera.camera.T_body_camera;
+    T = SE3(SO3::rot_y(error) * T.so3(), T.translation());
+    const ObstacleScan s = scan_of(f);
+    EXPECT_EQ(s.cause[s.size() / 2], BeamCause::kHole);
+    EXPECT_NEAR(s.range[s.size() / 2], 1.5, 0.03);
+  }
+}
+
+TEST(ObstacleScanner, WallIsAnObstacleAtItsRange) {
+  DepthFrame f = empty_frame();
+  draw(f, [](const Ray& o, const Ray& d) {
+    const double z = level(o, d, 0), wall = (2.0 - o.x()) / d.x();
+    return z > 0 ? std::min(z, wall) : wall;
+  });
+  const ObstacleScan s = scan_of(f);
+  const std::size_t middle = s.size() / 2;
+  EXPECT_EQ(s.cause[middle], BeamCause::kObstacle);
+  EXPECT_NEAR(s.range[middle], 2.0, 0.02);
+  EXPECT_EQ(count(s, BeamCause::kHole) + count(s, BeamCause::kLedge), 0);
+}
+
+// Beyond x = 1.5 the ground falls (or rises) with a slope the robot can drive.
+TEST(ObstacleScanner, RampsAreFloor) {
+  for (const double slope : {-0.15, 0.15}) {
+    DepthFrame f = empty_frame(0.45, 1.0);
+    draw(f, [&](const Ray& o, const Ray& d) {
+      const double z = level(o, d, 0);
+      if (z > 0 && o.x() + d.x() * z < 1.5) return z;
+      const double along = d.z() - slope * d.x();
+      return along < 0 ? (slope * (o.x() - 1.5) - o.z()) / along : 0;
+    });
+    const ObstacleScan s = scan_of(f);
+    EXPECT_EQ(count(s, BeamCause::kHole) + count(s, BeamCause::kLedge), 0) << slope;
+    EXPECT_EQ(count(s, BeamCause::kObstacle), 0) << slope;
+  }
+}
+
+TEST(ObstacleScanner, SingleWrongPixelsChangeNothing) {
+  DepthFrame f = empty_frame();
+  draw(f, [](const Ray& o, const Ray& d) { return level(o, d, 0); });
+  for (std::size_t i = 7; i < f.raw.size(); i += 1001) f.raw[i] = i % 2 ? 0 : 2500;
+  const ObstacleScan s = scan_of(f);
+  EXPECT_EQ(count(s, BeamCause::kHole) + count(s, BeamCause::kLedge), 0);
+  EXPECT_EQ(count(s, BeamCause::kObstacle), 0);
+}
+
+// The document's farthest point looks past a pit that has floor behind it; its virtual floor
+// method does not.
+TEST(ObstacleScanner, DocumentMethodsStayAvailable) {
+  ScanOptions options;
+  options.method = NegativeMethod::kDocument;
+  DepthFrame f = empty_frame();
+  draw_pit(f, 1.5, 2.5, 0);
+  ObstacleScan s = scan_of(f, options);
+  EXPECT_GT(s.range[s.size() / 2], 2.5F);
+  draw_pit(f, 1.5, 2.5, 0.5);
+  s = scan_of(f, options);
+  EXPECT_EQ(s.cause[s.size() / 2], BeamCause::kHole);
+  EXPECT_NEAR(s.range[s.size() / 2], 1.5, 0.1);
+}
+
+TEST(ObstacleScanner, AnyFrameIsLegal) {
+  DepthFrame f = empty_frame();
+  EXPECT_EQ(count(scan_of(f), BeamCause::kHole), 0);
+  f.raw.resize(10);
+  EXPECT_EQ(count(scan_of(f), BeamCause::kObstacle), 0);
+  EXPECT_EQ(scan_of(DepthFrame()).size(), 0u);
+}
+
+TEST(ObstacleScanner, RefusesSenselessOptions) {
+  ScanOptions options;
+  options.max_gap_m = -1;
+  EXPECT_THROW(ObstacleScanner{options}, Error);
+  EXPECT_TRUE(ScanOptions().problems().empty());
+}
+
+ObstacleScan beams(std::vector<float> range, std::vector<BeamCause> cause) {
+  ObstacleScan s = ObstacleScan::empty(Timestamp(), -0.1, 0.1, range.size(), 10);
+  s.range = std::move(range);
+  s.cause = std::move(cause);
+  return s;
+}
+
+TEST(ObstacleScan, CombinationKeepsTheNearestAndItsCause) {
+  using enum BeamCause;
+  const ObstacleScan a = beams({2, 3, 1}, {kObstacle, kObstacle, kEdgeOfKnowledge});
+  const ObstacleScan b = beams({1, 4, 5}, {kHole, kLedge, kObstacle});
+  const ObstacleScan s = combine(a, b);
+  EXPECT_THAT(s.cause, testing::ElementsAre(kHole, kObstacle, kObstacle));
+  EXPECT_THAT(s.range, testing::ElementsAre(1.0F, 3.0F, 5.0F));
+}
+
+TEST(ObstacleScan, LidarIsMergedInTheBodyFrame) {
+  using enum BeamCause;
+  const ObstacleScan depth = beams({3, 1, 3}, {kObstacle, kHole, kObstacle});
+  LaserScan lidar;
+  lidar.angle_min = -M_PI / 2;
+  lidar.angle_increment = M_PI / 4;
+  lidar.range_max = 20;
+  lidar.ranges = {4, 0, 2, 0, 5};
+  lidar.lidar.T_body_lidar = SE3(SO3::rot_z(0), {0.5, 0, 0.2});
+  const ObstacleScan s = merge_scans(depth, lidar);
+  const auto at = [&](double angle) { return static_cast<std::size_t>(s.beam_of(angle)); };
+  EXPECT_EQ(s.cause[at(0)], kHole);  // 1 m; the lidar's 2.5 m is behind it
+  EXPECT_EQ(s.cause[at(std::atan2(5, 0.5))], kObstacle);
+  EXPECT_NEAR(s.range[at(std::atan2(5, 0.5))], std::hypot(5, 0.5), 1e-5);
+  EXPECT_NEAR(s.range[at(std::atan2(-4, 0.5))], std::hypot(4, 0.5), 1e-5);
+  EXPECT_NEAR(s.range[at(0.1)], 2.5, 1e-5);  // the width of a lidar beam reaches here
+}
+
+TEST(ObstacleScan, EdgePointsLieInTheMap) {
+  using enum BeamCause;
+  const ObstacleScan s = beams({1, 2, 3}, {kObstacle, kHole, kEdgeOfKnowledge});
+  const auto edges = edge_points(s, SE3(SO3(), {10, 0, 0}));
+  ASSERT_EQ(edges.size(), 2u);
+  EXPECT_TRUE(edges[0].negative);
+  EXPECT_NEAR(edges[0].position_map.x(), 12, 1e-6);
+  EXPECT_FALSE(edges[1].negative);
+}
+
+}  // namespace
+}  // namespace lamina
