@@ -71,7 +71,9 @@ class Walk {
   int above_ = 0, below_ = 0, first_above_ = -1, first_below_ = -1;
   float below_d_ = 0, above_d_ = 0;
   int pending_ = 0, first_pending_ = -1;  // floor seen again behind a gap, not yet believed
-  std::uint32_t history_ = 0;             // one bit a sample up to last_: was it floor?
+  std::array<float, 6> gaps_{};           // ranges of gaps that were bridged
+  int bridges_ = 0;
+  std::uint32_t history_ = 0;  // one bit a sample up to last_: was it floor?
 };
 
 // Along a line the floor's disparity and the ray's outward part both change linearly.
@@ -180,6 +182,9 @@ bool Walk::on_floor(int i) {
   if (pending_ == 0) first_pending_ = i;
   if (++pending_ < options_.min_run_px && i - last_ > options_.min_run_px) return true;
   if (!bridged(first_pending_)) return false;
+  if (last_ >= 0 && bridges_ < static_cast<int>(gaps_.size())) {
+    gaps_[static_cast<std::size_t>(bridges_++)] = static_cast<float>(range_on_floor(last_ + 0.5));
+  }
   accept(i);
   return true;
 }
@@ -206,6 +211,8 @@ WalkEnd Walk::end_at(BeamCause cause, double beyond) {
   WalkEnd end;
   end.cause = cause;
   end.sample = last_;
+  end.bridged = gaps_;
+  end.bridges = bridges_;
   if (last_ < 0) {
     end.range = end.gap = cause == BeamCause::kHole ? beyond : 0;
     end.footprint = 0.1 * end.range;

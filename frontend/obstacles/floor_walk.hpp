@@ -1,6 +1,7 @@
 // Farthest contiguous floor: one way outward, pixel by pixel, until the floor ends.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -39,7 +40,10 @@ struct WalkEnd {
   double beyond = 0;     ///< m, holes: the virtual floor point of the first ground seen below
   bool faded = false;    ///< holes: the sensor was losing the floor before the rim
   bool sharp = false;    ///< floor was seen without holes up to there
-  bool shadow = false;   ///< the gap behind is what a nearer thing hides from the second camera
+  /// Short gaps that were bridged before the end (m): a pit's corner, where neighbours find it.
+  std::array<float, 6> bridged{};
+  int bridges = 0;
+  bool shadow = false;  ///< the gap behind is what a nearer thing hides from the second camera
 };
 
 /// One walk. Each pixel's disparity is compared with that of the floor it should show:
@@ -63,6 +67,11 @@ void find_ledges(const ScanOptions& options, std::vector<WalkEnd>& ends);
 /// Where the sensor was fading a rim is the farthest floor seen by those neighbours; where it sees
 /// floor no more (lost_deg), what virtual floor projection says.
 void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<WalkEnd>& ends);
+
+/// A pit's corner is too short a gap to end a walk by itself. From each hole or ledge sideways:
+/// lines whose walk bridged a gap where the neighbour's rim would go on (within three footprints)
+/// end there too.
+void extend_rims(std::vector<WalkEnd>& ends);
 
 /// Rims are taken as the mean over up to two neighbours on each side that end alike: a pixel's
 /// footprint at 3 m is 6 cm for a camera 0.3 m high.

@@ -77,6 +77,23 @@ void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<
   }
 }
 
+void extend_rims(std::vector<WalkEnd>& ends) {
+  const auto extend = [](const WalkEnd& from, WalkEnd& to) {
+    if (!is_negative(from.cause) || is_negative(to.cause)) return;
+    for (int k = 0; k < to.bridges; ++k) {
+      const double range = static_cast<double>(to.bridged[static_cast<std::size_t>(k)]);
+      if (std::abs(range - from.range) > 3 * from.footprint) continue;
+      to.cause = from.cause;
+      to.range = range;
+      to.footprint = from.footprint;
+      to.height = from.height;
+      return;
+    }
+  };
+  for (std::size_t j = 1; j < ends.size(); ++j) extend(ends[j - 1], ends[j]);
+  for (std::size_t j = ends.size(); j-- > 1;) extend(ends[j], ends[j - 1]);
+}
+
 void smooth_edges(std::vector<WalkEnd>& ends) {
   const std::vector<WalkEnd> raw = ends;
   for (std::size_t j = 0; j < raw.size(); ++j) {

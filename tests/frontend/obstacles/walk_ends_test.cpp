@@ -37,6 +37,20 @@ TEST(WalkEnds, RaggedEndsAndShadowsAreNot) {
   for (const auto& e : shadow) EXPECT_EQ(e.cause, BeamCause::kEdgeOfKnowledge);
 }
 
+TEST(WalkEnds, RimsGoOnOverShortGaps) {
+  std::vector<WalkEnd> ends(5, sharp_end(6));
+  ends[2] = sharp_end(2);
+  ends[2].cause = BeamCause::kHole;
+  ends[3].bridged = {1.2F, 2.03F};
+  ends[3].bridges = 2;
+  ends[1].bridged = {1.2F};
+  ends[1].bridges = 1;
+  extend_rims(ends);
+  EXPECT_EQ(ends[3].cause, BeamCause::kHole);
+  EXPECT_NEAR(ends[3].range, 2.03, 1e-6);
+  EXPECT_EQ(ends[1].cause, BeamCause::kEdgeOfKnowledge);
+}
+
 TEST(WalkEnds, SmoothingLeavesAStraightObliqueRimInPlace) {
   std::vector<WalkEnd> ends;
   for (int j = 0; j < 20; ++j) {
