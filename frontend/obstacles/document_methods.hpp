@@ -1,4 +1,5 @@
-// The methods of [NegativeObstacles] as written: a fixed tolerance, no contiguity, no noise model.
+// The methods of the document on negative obstacles as written: a fixed tolerance, no contiguity,
+// no noise model.
 #pragma once
 
 #include <lamina/frontend/obstacles/obstacle_scan.hpp>

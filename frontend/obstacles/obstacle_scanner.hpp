@@ -10,9 +10,9 @@
 
 namespace lamina {
 
-/// The method of [NegativeObstacles], mended (docs/obstacles.md): positive scan, farthest
-/// contiguous floor, virtual floor projection, and their least range per beam. Keeps buffers
-/// between frames; not to be shared by threads. Same frames, same results.
+/// The method of the document on negative obstacles, mended (docs/obstacles.md): positive scan,
+/// farthest contiguous floor, virtual floor projection, and their least range per beam. Keeps
+/// buffers between frames; not to be shared by threads. Same frames, same results.
 class ObstacleScanner {
  public:
   /// Throws lamina::Error naming the first problem of the options.

@@ -9,7 +9,7 @@ namespace lamina {
 /// How negative obstacles are found.
 enum class NegativeMethod {
   kContiguousFloor,  ///< ours: walk outward over the fitted floor, with virtual floor projection
-  kDocument,         ///< the two methods of [NegativeObstacles] as written, for comparison
+  kDocument,  ///< the two methods of the document on negative obstacles as written, for comparison
 };
 
 struct ScanOptions {

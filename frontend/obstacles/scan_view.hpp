@@ -54,7 +54,7 @@ inline float quick_atan2(float y, float x) {
   const float most = std::max(ax, ay);
   if (!(most > 0)) return 0;
   const float a = std::min(ax, ay) / most, s = a * a;
-  // Odd minimax polynomial of atan on [0, 1] [Abramowitz1964, 4.4.49].
+  // Odd minimax polynomial of atan on [0, 1] (Abramowitz and Stegun, 4.4.49).
   float r =
       a * (0.9999993329F +
            s * (-0.3332985605F +
