@@ -13,6 +13,15 @@ Matrix6d still_covariance() {
   return variances.asDiagonal();
 }
 
+// T_map_body of a body that sees this floor (body frame): floor at z = 0, origin above (0, 0), x of
+// the map along the body's heading.
+SE3 levelled_pose(const Plane& floor_body) {
+  const SO3 level(
+      Eigen::Quaterniond::FromTwoVectors(floor_body.normal(), Eigen::Vector3d::UnitZ()));
+  const SO3 R = SO3::rot_z(-level.yaw()) * level;
+  return SE3(R, {0, 0, -floor_body.rho()});
+}
+
 // Tracks are predicted with the wheels' own uncertainty.
 TrackingOptions with_odometry(TrackingOptions tracking, const OdometryModel& odometry) {
   tracking.odometry = odometry;
@@ -22,7 +31,8 @@ TrackingOptions with_odometry(TrackingOptions tracking, const OdometryModel& odo
 }  // namespace
 
 FrontEnd::FrontEnd(const Settings& settings, const Calibration& calibration)
-    : wheels_(calibration.odometry),
+    : planar_(calibration.odometry.planar),
+      wheels_(calibration.odometry),
       floor_(settings.floor),
       segments_(settings.segments, with_odometry(settings.tracking, calibration.odometry)),
       scan_odometry_(settings.scan_odometry) {}
@@ -52,6 +62,20 @@ bool FrontEnd::out_of_order(Timestamp stamp) {
   return true;
 }
 
+// Wheels on a floor that no camera sees: a level scanner cannot tell height, roll and pitch, and
+// over thousands of steps even a small freedom in them is used up by wrong matches.
+Matrix6d FrontEnd::held_level(Matrix6d covariance) const {
+  if (!planar_ || depth_seen_) return covariance;
+  constexpr double kHeight = 1e-4, kLevel = 1e-5;  // m and rad a step
+  for (const int k : {2, 3, 4}) {
+    covariance.row(k).setZero();
+    covariance.col(k).setZero();
+    const double sigma = k == 2 ? kHeight : kLevel;
+    covariance(k, k) = sigma * sigma;
+  }
+  return covariance;
+}
+
 Increment FrontEnd::advance(const SE3& T_start_body, const Matrix6d& covariance, Timestamp stamp) {
   const Increment increment{T_start_body_.inverse() * T_start_body, covariance};
   T_start_body_ = T_start_body;
@@ -79,7 +103,7 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& scan, io::Metrics& m
         scan, last_scan_ ? std::optional<SE3>(motion.T_prev_curr_body) : std::nullopt);
   }
   const SE3 T_start_body = T_start_scan_body_ * motion.T_prev_curr_body;
-  step.motion = advance(T_start_body, motion.covariance, scan.stamp);
+  step.motion = advance(T_start_body, held_level(motion.covariance), scan.stamp);
   step.motion_known = guess.has_value() || motion.status == ScanMotion::Status::kTracked;
   T_start_scan_body_ = T_start_body;
   last_scan_ = scan.stamp;
@@ -90,22 +114,54 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& scan, io::Metrics& m
   return step;
 }
 
+// No wheels: the camera is the robot, at the mounting its calibration gives. The map's z is the
+// normal of the first floor seen, the floor is z = 0, x along the first heading.
+Increment FrontEnd::move_by_depth(const DepthFrame& frame, const FloorResult& floor, Step& step,
+                                  io::Metrics& metrics) {
+  const SE3& T_body_camera = frame.camera.camera.T_body_camera;
+  step.observations.T_body_sensor = T_body_camera;
+  const auto timer = metrics.time("odometry");
+  const DepthMotion motion = depth_odometry_.process(frame);
+  step.motion_known = motion.status != ScanMotion::Status::kPredicted;
+  if (last_step_) return {motion.T_prev_curr_body, motion.covariance};
+  if (!floor.floor_camera) return {SE3(), still_covariance()};
+  return {levelled_pose(T_body_camera * *floor.floor_camera), still_covariance()};
+}
+
 std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind kind,
                                             io::Metrics& metrics) {
   if (out_of_order(frame.stamp)) return std::nullopt;
+  depth_seen_ = true;
   Step step;
   std::optional<Increment> moved;
   if (last_step_) moved = wheels_.between(*last_step_, frame.stamp);
+  FloorResult floor;
   {
     const auto timer = metrics.time("floor");
-    FloorResult floor = floor_.process(frame);
+    floor = floor_.process(frame);
     floor.sensor = kind;
     step.observations = floor.to_observations();
   }
-  step.motion_known = moved.has_value() || !last_step_;
-  if (!moved) moved = Increment{SE3(), still_covariance()};
+  {
+    const auto timer = metrics.time("obstacles");
+    step.obstacles = obstacles_.process(frame, floor);
+  }
+  if (wheels_.empty() && !last_scan_) {
+    moved = move_by_depth(frame, floor, step, metrics);
+  } else if (!moved) {
+    step.motion_known = !last_step_;
+    moved = Increment{SE3(), still_covariance()};
+  }
   step.motion = advance(T_start_body_ * moved->T_from_to, moved->covariance, frame.stamp);
   step.T_start_body = T_start_body_;
+  // What the floor front-end says in the frame levelled by this image's floor, in that of the body.
+  step.T_body_levelled = step.observations.T_body_sensor * floor.T_body_camera.inverse();
+  for (Surfel& surfel : step.observations.surfels_body) {
+    surfel = surfel.transformed(step.T_body_levelled);
+  }
+  for (Eigen::Vector3d& point : step.observations.obstacle_points_body) {
+    point = step.T_body_levelled * point;
+  }
   return step;
 }
 

@@ -9,6 +9,8 @@
 #include <lamina/apps/wheel_track.hpp>
 #include <lamina/frontend/floor/floor_frontend.hpp>
 #include <lamina/frontend/observation.hpp>
+#include <lamina/frontend/obstacles/obstacle_scanner.hpp>
+#include <lamina/frontend/odometry/depth_odometry.hpp>
 #include <lamina/frontend/odometry/scan_odometry.hpp>
 #include <lamina/frontend/segments/segment_frontend.hpp>
 #include <lamina/io/metrics.hpp>
@@ -24,6 +26,8 @@ struct Step {
   SE3 T_start_body;               ///< all motions so far, chained: dead reckoning
   std::optional<LaserScan> scan;  ///< as measured, for loop closing and the occupancy grid
   std::optional<ScanMotion> scan_motion;  ///< since the last scan, where this is one
+  std::optional<ObstacleScan> obstacles;  ///< from depth: levelled frame of this instant
+  SE3 T_body_levelled;                    ///< that frame in the body
 };
 
 /// Routes each measurement to its front-end and works out how the body moved since the last step:
@@ -42,11 +46,19 @@ class FrontEnd {
   std::optional<Step> process_scan(const LaserScan& scan, io::Metrics& metrics);
   std::optional<Step> process_depth(const DepthFrame& frame, SensorKind kind, io::Metrics& metrics);
   /// Chains the pose on and gives the increment since the last step.
+  /// The motion since the last depth frame by the images alone; the first: T_map_body.
+  Increment move_by_depth(const DepthFrame& frame, const FloorResult& floor, Step& step,
+                          io::Metrics& metrics);
   Increment advance(const SE3& T_start_body, const Matrix6d& covariance, Timestamp stamp);
+  Matrix6d held_level(Matrix6d covariance) const;
   bool out_of_order(Timestamp stamp);
 
+  bool planar_;              // the robot stands on a floor
+  bool depth_seen_ = false;  // and something sees that floor
   WheelTrack wheels_;
   FloorFrontend floor_;
+  ObstacleScanner obstacles_;
+  DepthOdometry depth_odometry_;
   SegmentFrontend segments_;
   ScanOdometry scan_odometry_;
   SE3 T_start_body_;  // the chain of increments handed out so far

@@ -4,15 +4,54 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <map>
 
 #include <lamina/backend/refiner.hpp>
+#include <lamina/grid/occupancy_grid.hpp>
+#include <lamina/grid/rasterizer.hpp>
 #include <lamina/io/atomic_file.hpp>
 #include <lamina/io/graph_files.hpp>
+#include <lamina/io/grid_files.hpp>
 #include <lamina/io/map_files.hpp>
 #include <lamina/io/ply_files.hpp>
 #include <lamina/io/scan_files.hpp>
 
 namespace lamina::apps {
+
+namespace {
+
+RasterOptions raster_options(const Settings& settings) {
+  RasterOptions options;
+  options.resolution = settings.grid_resolution;
+  options.robot_height = settings.robot.height;
+  options.max_step = settings.robot.max_step;
+  options.max_slope = settings.robot.max_slope;
+  return options;
+}
+
+OccupancyOptions occupancy_options(const Settings& settings) {
+  OccupancyOptions options;
+  options.resolution = settings.grid_resolution;
+  options.max_height = std::max(settings.robot.height, 0.1);
+  return options;
+}
+
+// A scanner above the robot's own height still tells walls: its band is widened to hold it.
+OccupancyOptions with_scanner(OccupancyOptions options, double z) {
+  options.max_height = std::max(options.max_height, z + 0.1);
+  options.min_height = std::min(options.min_height, z - 0.1);
+  return options;
+}
+
+std::vector<OccupancyBeam> beams_of(const LaserScan& scan) {
+  std::vector<OccupancyBeam> beams;
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    if (scan.valid(i)) beams.push_back({scan.point(i), scan.lidar.noise.range_sigma, true});
+  }
+  return beams;
+}
+
+}  // namespace
 
 MapOutput::MapOutput(std::filesystem::path folder, const Settings& settings)
     : folder_(std::move(folder)), settings_(settings) {}
@@ -22,7 +61,49 @@ void MapOutput::add(const Step& step, const AddResult& added) {
   if (added.is_keyframe) ++metrics.counts["keyframes"];
   if (!step.motion_known) ++metrics.counts["steps_with_unknown_motion"];
   if (added.loop_closed) ++metrics.counts["loops"];
-  if (step.scan) scans_.push_back(*step.scan);
+  if (step.scan) {
+    scans_.push_back(*step.scan);
+    beams_.push_back({step.scan->stamp, step.scan->lidar.T_body_lidar, beams_of(*step.scan)});
+  }
+  if (step.obstacles) add_obstacles(*step.obstacles, step.T_body_levelled);
+}
+
+void MapOutput::add_obstacles(const ObstacleScan& obstacles, const SE3& T_body_levelled) {
+  scans_.push_back(obstacles.to_laser_scan());
+  std::vector<EdgePoint> edges;
+  for (const EdgePoint& edge : edge_points(obstacles, T_body_levelled)) {
+    if (edge.negative) edges.push_back(edge);
+  }
+  if (!edges.empty()) edges_body_.emplace_back(obstacles.stamp, std::move(edges));
+  // Drawn a little above the floor, so that the band of the robot holds it.
+  Beams beams{obstacles.stamp, T_body_levelled * SE3::from_translation({0, 0, 0.1}), {}};
+  for (std::size_t i = 0; i < obstacles.size(); ++i) {
+    const BeamCause cause = obstacles.cause[i];
+    const bool stops = cause == BeamCause::kObstacle || is_negative(cause);
+    const double seen = static_cast<double>(obstacles.floor_range[i]);
+    const double range = stops ? static_cast<double>(obstacles.range[i]) : seen;
+    if (!(range > 0)) continue;
+    const double angle = obstacles.angle(i);
+    beams.beams.push_back({range * Eigen::Vector2d(std::cos(angle), std::sin(angle)),
+                           std::max(0.01, static_cast<double>(obstacles.sigma[i])), stops});
+  }
+  beams_.push_back(std::move(beams));
+}
+
+// Rims of holes at the places the refined path gives them, one for each cell of the grid.
+void MapOutput::place_edges(const Trajectory& trajectory, PlanarMap& map) const {
+  std::map<CellIndex, EdgePoint> places;
+  for (const auto& [stamp, edges] : edges_body_) {
+    const auto pose = trajectory.at(stamp);
+    if (!pose) continue;
+    for (const EdgePoint& edge : edges) {
+      const Eigen::Vector3d p = *pose * edge.position_map;
+      const CellIndex cell = cell_of(p.head<2>(), settings_.grid_resolution);
+      auto [place, fresh] = places.try_emplace(cell, edge);
+      if (fresh || edge.sigma < place->second.sigma) place->second = {p, edge.sigma, true};
+    }
+  }
+  for (const auto& [cell, edge] : places) map.edges.push_back(edge);
 }
 
 void MapOutput::add_skipped(const std::map<std::string, std::int64_t>& skipped) {
@@ -50,6 +131,12 @@ void MapOutput::set_refinement(const RefineResult& result, const Trajectory& bef
   if (!before.empty()) {
     refine.moved_rms_m = std::sqrt(squares / static_cast<double>(before.size()));
   }
+  for (const CostChange& cost : result.costs) {
+    refine.cost_before[to_string(cost.type)] = cost.before;
+    refine.cost_after[to_string(cost.type)] = cost.after;
+  }
+  metrics.counts["rejected_factors"] = static_cast<double>(result.rejected.size());
+  before_ = before;
   metrics.refine = refine;
 }
 
@@ -57,12 +144,34 @@ void MapOutput::note(const std::string& file, const std::string& what) {
   summary_ += fmt::format("{:<38} {}\n", (folder_ / file).string(), what);
 }
 
+void MapOutput::write_grids(const PlanarMap& map, const Trajectory& trajectory) {
+  const auto timer = metrics.time("raster");
+  const NavigabilityGrid grid = rasterize(map, raster_options(settings_));
+  io::write_grid(folder_ / "grid", grid);
+  io::write_navigability_map(folder_, grid);
+  std::optional<OccupancyGrid> occupancy;
+  for (const LaserScan& scan : scans_) {
+    const auto pose = trajectory.at(scan.stamp);
+    if (!pose) continue;
+    const SE3 T_map_lidar = *pose * scan.lidar.T_body_lidar;
+    if (!occupancy) {
+      occupancy.emplace(with_scanner(occupancy_options(settings_), T_map_lidar.translation().z()));
+    }
+    occupancy->add(T_map_lidar, beams_of(scan));
+  }
+  const GridGeometry bounds = occupancy ? occupancy->bounds() : GridGeometry{};
+  io::write_occupancy_map(folder_, bounds,
+                          occupancy ? occupancy->image(bounds) : std::vector<float>{});
+}
+
 void MapOutput::write(const Mapper& mapper, bool online) {
-  const PlanarMap map = mapper.map();
+  PlanarMap map = mapper.map();
   const Trajectory trajectory = online ? mapper.online_trajectory() : mapper.trajectory();
+  place_edges(trajectory, map);
   {
     const auto timer = metrics.time("write");
     io::write_trajectory(folder_ / "trajectory.txt", trajectory);
+    if (!before_.empty()) io::write_trajectory(folder_ / "trajectory_before.txt", before_);
     io::write_planes_json(folder_ / "planes.json", map.planes);
     io::write_planes_ply(folder_ / "planes.ply", map.planes);
     io::write_surfels_ply(folder_ / "surfels.ply", map.surfels);
@@ -73,12 +182,15 @@ void MapOutput::write(const Mapper& mapper, bool online) {
     });
     io::write_atomically(folder_ / "config.yaml", to_yaml(settings_, true));
   }
+  write_grids(map, trajectory);
   metrics.counts["planes"] = static_cast<double>(map.planes.size());
   metrics.counts["path_m"] = trajectory.length();
   io::write_metrics(folder_ / "metrics.json", metrics);
   note("trajectory.txt", fmt::format("{} poses, {:.1f} m", trajectory.size(), trajectory.length()));
   note("planes.json", fmt::format("{} planes", map.planes.size()));
   note("surfels.ply", fmt::format("{} surfels", map.surfels.size()));
+  note("map.yaml, map.png", "navigability for map_server and nav2");
+  note("occupancy.yaml, occupancy.pgm", fmt::format("from {} scans", beams_.size()));
   note("metrics.json", skipped_text());
 }
 

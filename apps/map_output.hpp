@@ -9,6 +9,7 @@
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/backend/mapper.hpp>
+#include <lamina/grid/occupancy_grid.hpp>
 #include <lamina/io/metrics.hpp>
 
 namespace lamina {
@@ -35,11 +36,22 @@ class MapOutput {
   std::string summary() const { return summary_; }
 
  private:
+  void add_obstacles(const ObstacleScan& obstacles, const SE3& T_body_levelled);
+  void place_edges(const Trajectory& trajectory, PlanarMap& map) const;
   void note(const std::string& file, const std::string& what);
+  void write_grids(const PlanarMap& map, const Trajectory& trajectory);
 
   std::filesystem::path folder_;
   Settings settings_;
-  std::vector<LaserScan> scans_;
+  struct Beams {
+    Timestamp stamp;
+    SE3 T_body_scan;
+    std::vector<OccupancyBeam> beams;
+  };
+  std::vector<LaserScan> scans_;  // for scans.csv
+  std::vector<Beams> beams_;      // for the occupancy grid
+  std::vector<std::pair<Timestamp, std::vector<EdgePoint>>> edges_body_;
+  Trajectory before_;
   std::string summary_;
 };
 

@@ -30,9 +30,18 @@ void set_up_log(bool quiet) {
   spdlog::set_level(quiet ? spdlog::level::warn : spdlog::level::info);
 }
 
+// A long map has directions that hardly matter and settle slowly; the poses are where they belong
+// after a few steps a round.
+RefineOptions refine_options() {
+  RefineOptions options;
+  options.minimizer.max_iterations = 8;
+  options.max_rounds = 8;
+  return options;
+}
+
 void refine(Mapper& mapper, MapOutput& output) {
   const Trajectory before = mapper.trajectory();
-  const RefineResult result = mapper.refine(RefineOptions{});
+  const RefineResult result = mapper.refine(refine_options());
   output.set_refinement(result, before, mapper.trajectory());
   if (result.status != SolveStatus::kConverged)
     spdlog::warn("refinement: {}", to_string(result.status));
@@ -111,7 +120,7 @@ void map_online(Recording& recording, FrontEnd& front_end, const Settings& setti
       if (book.hand_over(loops, mapper) > 0) {
         output.metrics.counts["scan_loops"] += static_cast<double>(loops.size());
         const auto timer = output.metrics.time("refine");
-        mapper.refine(RefineOptions{});
+        mapper.refine(refine_options());
       }
     }
     return plane_count(mapper);
@@ -138,7 +147,10 @@ int run_map(const MapRequest& request) {
   io::make_output_folder(request.output);
   MapOutput output(request.output, settings);
   FrontEnd front_end(settings, recording->calibration());
-  Mapper mapper(settings.mapper);
+  MapperOptions mapper_options = settings.mapper;
+  // Offline the path's loops are closed before the window sees it.
+  if (!request.online && settings.close_loops) mapper_options.window_motion_trust = 5;
+  Mapper mapper(mapper_options);
 
   if (request.online) {
     map_online(*recording, front_end, settings, mapper, output, request.quiet);

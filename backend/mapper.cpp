@@ -209,8 +209,9 @@ void Mapper::start_keyframe(Step& step) {
   } else {
     const Eigen::LLT<Matrix6d> llt(step.odometry.covariance);
     const Matrix6d S = llt.matrixL().solve(Matrix6d::Identity());
-    const OdometryFactor factor{before, keyframe_, step.odometry.T_keyframe_body, S};
+    OdometryFactor factor{before, keyframe_, step.odometry.T_keyframe_body, S};
     graph_.odometry.push_back(factor);
+    factor.sqrt_information *= options_.window_motion_trust;
     window_.add(factor);
   }
   // From here the body is at its keyframe; the last solution's uncertainties stay with the last

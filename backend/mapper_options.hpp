@@ -23,6 +23,11 @@ struct MapperOptions {
   /// moved by a quarter of the above at least.
   double keyframe_new_share = 0.5;
 
+  /// The window takes motions as this many times surer than their covariance says; the graph that
+  /// is refined does not. Above 1 where they come from a path whose loops are closed already:
+  /// smoothing then must not bend it apart again before the refiner sees it.
+  double window_motion_trust = 1;
+
   // ---- planes
   /// Frames that must have seen a plane before it enters the map: one-off fits are mostly clutter.
   int min_observations = 3;
