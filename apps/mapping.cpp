@@ -84,8 +84,8 @@ std::int64_t plane_count(const Mapper& mapper) {
 
 // Offline: dead reckoning and loops over the whole recording first, so that the mapper meets old
 // planes where they are; then window, loops and refinement.
-void map_offline(Recording& recording, FrontEnd& front_end, const Settings& settings,
-                 Mapper& mapper, MapOutput& output, bool quiet) {
+Mapper map_offline(Recording& recording, FrontEnd& front_end, const Settings& settings,
+                   MapOutput& output, bool quiet) {
   std::vector<Step> steps;
   std::vector<LoopClosure> loops;
   LoopCloser closer(settings.loops);
@@ -101,16 +101,27 @@ void map_offline(Recording& recording, FrontEnd& front_end, const Settings& sett
     return std::int64_t{0};
   });
   if (settings.close_loops) gather(closer.finish());
-  if (!loops.empty()) follow(steps, closer.corrected());
+  MapperOptions options = settings.mapper;
+  if (!loops.empty()) {
+    follow(steps, closer.corrected());
+    // The path's loops are closed before the window sees it: smoothing must not bend it apart, and
+    // nothing else needs to recognise places.
+    options.window_motion_trust = 5;
+    options.place.enabled = false;
+    options.window.keyframes = std::min(options.window.keyframes, 10);
+  }
+  Mapper mapper(options);
   LoopBook book;
   for (const Step& step : steps) map_step(step, mapper, book, output);
   output.metrics.counts["scan_loops"] = book.hand_over(loops, mapper);
   refine(mapper, output);
+  return mapper;
 }
 
 // Online: what a robot would have had at each instant.
-void map_online(Recording& recording, FrontEnd& front_end, const Settings& settings, Mapper& mapper,
-                MapOutput& output, bool quiet) {
+Mapper map_online(Recording& recording, FrontEnd& front_end, const Settings& settings,
+                  MapOutput& output, bool quiet) {
+  Mapper mapper(settings.mapper);
   LoopCloser closer(settings.loops);
   LoopBook book;
   for_each_step(recording, front_end, output, quiet, [&](Step&& step) {
@@ -125,6 +136,7 @@ void map_online(Recording& recording, FrontEnd& front_end, const Settings& setti
     }
     return plane_count(mapper);
   });
+  return mapper;
 }
 
 }  // namespace
@@ -147,16 +159,10 @@ int run_map(const MapRequest& request) {
   io::make_output_folder(request.output);
   MapOutput output(request.output, settings);
   FrontEnd front_end(settings, recording->calibration());
-  MapperOptions mapper_options = settings.mapper;
-  // Offline the path's loops are closed before the window sees it.
-  if (!request.online && settings.close_loops) mapper_options.window_motion_trust = 5;
-  Mapper mapper(mapper_options);
 
-  if (request.online) {
-    map_online(*recording, front_end, settings, mapper, output, request.quiet);
-  } else {
-    map_offline(*recording, front_end, settings, mapper, output, request.quiet);
-  }
+  const Mapper mapper = request.online
+                            ? map_online(*recording, front_end, settings, output, request.quiet)
+                            : map_offline(*recording, front_end, settings, output, request.quiet);
   output.add_skipped(recording->skipped());
   output.add_skipped(front_end.skipped());
   if (mapper.trajectory().empty()) {

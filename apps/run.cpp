@@ -1,4 +1,6 @@
 // Parses the command line, runs one verb, turns errors into exit codes.
+#include <omp.h>
+
 #include <CLI/CLI.hpp>
 #include <exception>
 #include <iostream>
@@ -48,6 +50,8 @@ std::string usage_line(const CLI::ParseError& error, const CLI::App& app, int ar
 }  // namespace
 
 int run(int argc, const char* const* argv) {
+  // Sparse solvers below sum in the order of their threads: one keeps the bytes the same anywhere.
+  omp_set_num_threads(1);
   CLI::App app{"lamina: planes, floors and trajectories from depth cameras, stereo and 2D lidars"};
   app.require_subcommand(1);
   app.failure_message([](const CLI::App*, const CLI::Error&) { return std::string(); });

@@ -81,7 +81,7 @@ std::vector<double> big_window(int keyframes, unsigned seed) {
   scatter.diagonal() << 60, 60, 0.1;
   const Plane floor;
   for (int i = 0; i < keyframes; ++i) {
-    const KeyframeId id(i);
+    const KeyframeId id{static_cast<std::int64_t>(i)};
     Vector6d step, e;
     step << 0.02 * std::cos(0.1 * i), 0.02 * std::sin(0.1 * i), 0, 0, 0, 0.1;
     for (int k = 0; k < 6; ++k) e(k) = normal(rng) * (k < 3 ? 0.01 : 0.002);

@@ -11,7 +11,7 @@ void fill_from_occupancy(NavigabilityGrid& grid, const OccupancyGrid& occupancy,
                          const OccupancyFill& options) {
   LAMINA_CHECK(std::abs(grid.resolution() - occupancy.cells().resolution()) < 1e-9);
   occupancy.cells().for_each([&](const CellIndex& c, const OccupancyCell& seen) {
-    if (!seen.seen) return;
+    if (!seen.seen()) return;
     const auto p = static_cast<double>(occupancy.probability(c));
     const bool blocked = p > options.occupied;
     if (!blocked && p >= options.free) return;

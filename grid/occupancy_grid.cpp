@@ -75,8 +75,12 @@ void OccupancyGrid::trace(const Eigen::Vector2d& from, const Eigen::Vector2d& to
 }
 
 void OccupancyGrid::add(const SE3& T_map_scan, const std::vector<OccupancyBeam>& beams) {
+  ++scans_;
   const Eigen::Vector3d start = T_map_scan.translation();
-  std::vector<CellIndex> free, occupied, ray;
+  struct Ray {
+    Eigen::Vector2d from, to;
+  };
+  std::vector<Ray> rays;
   for (const OccupancyBeam& beam : beams) {
     const double range = beam.end_scan.norm();
     if (!(range > 0) || !std::isfinite(range)) continue;
@@ -84,51 +88,41 @@ void OccupancyGrid::add(const SE3& T_map_scan, const std::vector<OccupancyBeam>&
         T_map_scan * Eigen::Vector3d(beam.end_scan.x(), beam.end_scan.y(), 0);
     const auto [first, last] =
         in_band(start.z(), end.z(), options_.min_height, options_.max_height);
-    const bool marks = beam.obstacle && last >= 1.0 && range <= options_.max_range;
+    if (beam.obstacle && last >= 1.0 && range <= options_.max_range) {
+      update(cell_of(end.head<2>(), options_.resolution), options_.log_odds_hit);
+    }
     const double margin = beam.obstacle ? 3 * beam.sigma / range : 0.0;
     const double clear_to = std::min({last, 1.0 - margin, options_.max_range / range});
     const Eigen::Vector2d d = (end - start).head<2>();
     if (first < clear_to) {
-      ray.clear();
-      trace(start.head<2>() + first * d, start.head<2>() + clear_to * d, ray);
-      free.insert(free.end(), ray.begin(), ray.end());
+      rays.push_back({start.head<2>() + first * d, start.head<2>() + clear_to * d});
     }
-    if (marks) occupied.push_back(cell_of(end.head<2>(), options_.resolution));
   }
-  const auto unique = [](std::vector<CellIndex>& cells) {
-    // By row, so that look-ups stay in one tile for long.
-    std::sort(cells.begin(), cells.end(), [](const CellIndex& a, const CellIndex& b) {
-      return a.j != b.j ? a.j < b.j : a.i < b.i;
-    });
-    cells.erase(std::unique(cells.begin(), cells.end()), cells.end());
-  };
-  unique(free);
-  unique(occupied);
+  // Marks stand: a cell that was marked in this scan is not cleared by it.
+  std::vector<CellIndex> crossed;
+  for (const Ray& ray : rays) {
+    crossed.clear();
+    trace(ray.from, ray.to, crossed);
+    for (const CellIndex& cell : crossed) update(cell, -options_.log_odds_miss);
+  }
+}
+
+void OccupancyGrid::update(const CellIndex& c, double log_odds) {
+  OccupancyCell& cell = cells_.at_or_new(c);
+  if (cell.scan == scans_) return;  // once a scan
+  cell.scan = scans_;
   const auto limit = static_cast<float>(options_.log_odds_limit);
-  const auto by_row = [](const CellIndex& a, const CellIndex& b) {
-    return a.j != b.j ? a.j < b.j : a.i < b.i;
-  };
-  for (const CellIndex& c : free) {
-    if (std::binary_search(occupied.begin(), occupied.end(), c, by_row)) continue;
-    OccupancyCell& cell = cells_.at_or_new(c);
-    cell.log_odds = std::max(-limit, cell.log_odds - static_cast<float>(options_.log_odds_miss));
-    cell.seen = true;
-  }
-  for (const CellIndex& c : occupied) {
-    OccupancyCell& cell = cells_.at_or_new(c);
-    cell.log_odds = std::min(limit, cell.log_odds + static_cast<float>(options_.log_odds_hit));
-    cell.seen = true;
-  }
+  cell.log_odds = std::clamp(cell.log_odds + static_cast<float>(log_odds), -limit, limit);
 }
 
 float OccupancyGrid::probability(const CellIndex& c) const {
   const OccupancyCell* cell = cells_.find(c);
-  if (cell == nullptr || !cell->seen) return std::numeric_limits<float>::quiet_NaN();
+  if (cell == nullptr || !cell->seen()) return std::numeric_limits<float>::quiet_NaN();
   return 1.0f / (1.0f + std::exp(-cell->log_odds));
 }
 
 GridGeometry OccupancyGrid::bounds() const {
-  return cells_.bounds([](const OccupancyCell& cell) { return cell.seen; });
+  return cells_.bounds([](const OccupancyCell& cell) { return cell.seen(); });
 }
 
 std::vector<float> OccupancyGrid::image(const GridGeometry& geometry) const {
@@ -136,7 +130,7 @@ std::vector<float> OccupancyGrid::image(const GridGeometry& geometry) const {
       static_cast<std::size_t>(geometry.width) * static_cast<std::size_t>(geometry.height),
       std::numeric_limits<float>::quiet_NaN());
   cells_.for_each([&](const CellIndex& c, const OccupancyCell& cell) {
-    if (!cell.seen || !geometry.contains(c)) return;
+    if (!cell.seen() || !geometry.contains(c)) return;
     pixels[geometry.image_index(c)] = 1.0f / (1.0f + std::exp(-cell.log_odds));
   });
   return pixels;

@@ -30,7 +30,8 @@ struct OccupancyBeam {
 
 struct OccupancyCell {
   float log_odds = 0;
-  bool seen = false;
+  std::int32_t scan = 0;  ///< number of the last scan that updated it, from 1; 0: none has
+  bool seen() const { return scan > 0; }
 };
 
 /// [Moravec1985] in log-odds. Each ray clears the cells it crosses up to three sigma before its end
@@ -56,8 +57,10 @@ class OccupancyGrid {
  private:
   void trace(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
              std::vector<CellIndex>& crossed) const;
+  void update(const CellIndex& cell, double log_odds);
   OccupancyOptions options_;
   TiledGrid<OccupancyCell> cells_;
+  std::int32_t scans_ = 0;
 };
 
 }  // namespace lamina
