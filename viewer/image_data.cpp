@@ -1,0 +1,210 @@
+// Grids, occupancy and surfels as the page's JSON.
+#include <lamina/viewer/image_data.hpp>
+
+#include <yaml-cpp/yaml.h>
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <vector>
+
+#include <lamina/io/grid_files.hpp>
+#include <lamina/models/error.hpp>
+#include <lamina/viewer/encode.hpp>
+#include <lamina/viewer/map_data.hpp>
+
+namespace lamina::viewer {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Path = std::filesystem::path;
+
+struct Frame {
+  double resolution = 0, x = 0, y = 0;  ///< cell size and lower left corner, m
+  int width = 0, height = 0;
+  int step() const {
+    const double cells = static_cast<double>(width) * static_cast<double>(height);
+    return static_cast<int>(std::ceil(std::sqrt(cells / static_cast<double>(kMostCells))));
+  }
+  Json json() const {
+    const int s = std::max(1, step());
+    const int rows = (height + s - 1) / s;
+    Json out;
+    out["resolution"] = resolution * s;
+    // Row 0 is the top one: what thinning adds hangs over at the bottom.
+    out["origin"] = {x, y + (height - rows * s) * resolution};
+    out["width"] = (width + s - 1) / s;
+    out["height"] = rows;
+    out["step"] = s;
+    return out;
+  }
+  template <typename T>
+  std::vector<T> thinned(const std::vector<T>& image) const {
+    const int s = std::max(1, step());
+    std::vector<T> out;
+    for (int row = 0; row < height; row += s) {
+      for (int i = 0; i < width; i += s) {
+        out.push_back(image[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
+                            static_cast<std::size_t>(i)]);
+      }
+    }
+    return out;
+  }
+};
+
+std::string text_of(const Path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw Error(file.string() + ": cannot be opened");
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+/// Where the numbers of the disc stand within a vertex, in floats.
+struct PlyHeader {
+  std::size_t vertices = 0, floats = 0, data = 0;
+  std::array<std::size_t, 7> column{};
+};
+constexpr std::array<const char*, 7> kColumns = {"x", "y", "z", "nx", "ny", "nz", "radius"};
+
+PlyHeader read_header(const Path& file, const std::string& content) {
+  PlyHeader header;
+  unsigned found = 0;
+  std::size_t at = 0;
+  std::string line;
+  for (int number = 1; line != "end_header"; ++number) {
+    const std::size_t end = content.find('\n', at);
+    if (end == std::string::npos) throw Error(file.string() + ": found no end_header");
+    line = content.substr(at, end - at);
+    at = end + 1;
+    std::istringstream words(line);
+    std::string kind, type, name;
+    words >> kind >> type >> name;
+    if (kind == "format" && type != "binary_little_endian") {
+      throw Error(file.string() + ": found format " + type + ", expected binary_little_endian");
+    }
+    if (kind == "element" && type == "vertex") header.vertices = std::stoull("0" + name);
+    if (kind != "property") continue;
+    if (type != "float") throw Error(file.string() + ": found a " + type + ", expected float");
+    for (std::size_t k = 0; k < kColumns.size(); ++k) {
+      if (name == kColumns[k]) {
+        header.column[k] = header.floats;
+        found |= 1U << k;
+      }
+    }
+    ++header.floats;
+  }
+  header.data = at;
+  if (found != (1U << kColumns.size()) - 1) {
+    throw Error(file.string() + ": expected columns x y z nx ny nz radius");
+  }
+  return header;
+}
+
+float float_at(const std::string& content, std::size_t at) {
+  std::uint32_t bits = 0;
+  for (std::size_t k = 0; k < 4; ++k) {
+    bits |= static_cast<std::uint32_t>(static_cast<unsigned char>(content[at + k])) << (8 * k);
+  }
+  return std::bit_cast<float>(bits);
+}
+
+}  // namespace
+
+std::string grid_data(const Path& folder) {
+  try {
+    const YAML::Node yaml = YAML::LoadFile((folder / "grid.yaml").string());
+    if (yaml["width"].as<int>() <= 0 || yaml["height"].as<int>() <= 0) return {};
+  } catch (const YAML::Exception& e) {
+    throw Error((folder / "grid.yaml").string() + ": " + e.what());
+  }
+  const io::GridImages images = io::read_grid(folder);
+  const GridGeometry& g = images.geometry;
+  const Frame frame{g.resolution, g.origin().x(), g.origin().y(), g.width, g.height};
+  Json out = frame.json();
+  const auto add = [&](const char* name, const std::vector<float>& image) {
+    const Quantised q = quantise(frame.thinned(image));
+    Json layer;
+    layer["least"] = q.least;
+    layer["largest"] = q.largest;
+    layer["codes"] = base64(q.codes);
+    out["layers"][name] = layer;
+  };
+  add("navigability", images.navigability);
+  add("height", images.height);
+  add("slope", images.slope);
+  add("confidence", images.confidence);
+  return out.dump();
+}
+
+std::string occupancy_data(const Path& file) {
+  Frame frame;
+  const Path yaml_file = file.parent_path() / "occupancy.yaml";
+  try {
+    const YAML::Node yaml = YAML::LoadFile(yaml_file.string());
+    frame.resolution = yaml["resolution"].as<double>();
+    frame.x = yaml["origin"][0].as<double>();
+    frame.y = yaml["origin"][1].as<double>();
+  } catch (const YAML::Exception& e) {
+    throw Error(yaml_file.string() + ": " + e.what() + ", expected resolution and origin");
+  }
+  const std::string content = text_of(file);
+  std::istringstream header(content);
+  std::string magic;
+  int largest = 0;
+  header >> magic >> frame.width >> frame.height >> largest;
+  if (!header || magic != "P5" || largest != 255 || frame.width < 0 || frame.height < 0) {
+    throw Error(file.string() + ": expected a binary PGM (P5) of 8 bits");
+  }
+  const auto cells = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
+  const auto start = static_cast<std::size_t>(header.tellg()) + 1;
+  if (content.size() < start + cells) {
+    throw input_error(file.string(), "", std::to_string(content.size() - start) + " pixels",
+                      std::to_string(cells));
+  }
+  const std::vector<std::uint8_t> pixels(
+      content.begin() + static_cast<std::ptrdiff_t>(start),
+      content.begin() + static_cast<std::ptrdiff_t>(start + cells));
+  Json out = frame.json();
+  out["layers"]["occupancy"] = {
+      {"least", 0}, {"largest", 255}, {"codes", base64(frame.thinned(pixels))}};
+  return out.dump();
+}
+
+std::string surfel_data(const Path& file) {
+  const std::string content = text_of(file);
+  const PlyHeader header = read_header(file, content);
+  const std::size_t bytes = 4 * header.floats;
+  if ((content.size() - header.data) / bytes < header.vertices) {
+    throw input_error(file.string(), "",
+                      std::to_string((content.size() - header.data) / bytes) + " vertices",
+                      std::to_string(header.vertices));
+  }
+  const std::size_t stride = thinning_stride(header.vertices, kMostSurfels);
+  std::vector<float> position, radius;
+  std::vector<std::uint8_t> normal;  // int8, 127 = 1
+  for (std::size_t i = 0; i < header.vertices; i += stride) {
+    const auto value = [&](std::size_t column) {
+      return float_at(content, header.data + i * bytes + 4 * header.column[column]);
+    };
+    for (std::size_t k = 0; k < 3; ++k) position.push_back(value(k));
+    for (std::size_t k = 3; k < 6; ++k) {
+      const float part = std::isfinite(value(k)) ? std::clamp(value(k), -1.0F, 1.0F) : 0.0F;
+      normal.push_back(
+          static_cast<std::uint8_t>(static_cast<std::int8_t>(std::lround(127 * part))));
+    }
+    radius.push_back(value(6));
+  }
+  Json out;
+  out["count"] = radius.size();
+  out["total"] = header.vertices;
+  out["position"] = base64(position);
+  out["normal"] = base64(normal);
+  out["radius"] = base64(radius);
+  return out.dump();
+}
+
+}  // namespace lamina::viewer

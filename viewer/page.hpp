@@ -1,0 +1,13 @@
+// The page without its data, compiled in (generated at build time from template.html).
+#pragma once
+
+#include <string_view>
+
+namespace lamina::viewer {
+
+/// Stands once in the page, where the data goes.
+inline constexpr std::string_view kDataMark = "@LAMINA_DATA@";
+
+std::string_view page_template();
+
+}  // namespace lamina::viewer

@@ -1,0 +1,83 @@
+// The plan from above as SVG: planes, trajectories, path. Needs no WebGL.
+'use strict';
+Lamina.plan = (() => {
+  const { data, planes, colours, tracks, el, svg } = Lamina;
+  const points = (list) => list.map((p) => `${p[0]},${p[1]}`).join(' ');
+  const flat = (t) => Array.from({ length: t.count }, (_, i) => [t.positions[3 * i], t.positions[3 * i + 1]]);
+
+  function bounds() {
+    const box = [Infinity, Infinity, -Infinity, -Infinity];
+    const add = (p) => {
+      box[0] = Math.min(box[0], p[0]); box[1] = Math.min(box[1], p[1]);
+      box[2] = Math.max(box[2], p[0]); box[3] = Math.max(box[3], p[1]);
+    };
+    planes.forEach((p) => p.outlines.forEach((o) => o.forEach(add)));
+    if (Lamina.trajectory) flat(Lamina.trajectory).forEach(add);
+    return box[0] <= box[2] ? box : [-1, -1, 1, 1];
+  }
+
+  const [x0, y0, x1, y1] = bounds();
+  const margin = 0.05 * Math.max(x1 - x0, y1 - y0, 1);
+  const whole = { x: x0 - margin, y: -y1 - margin, w: x1 - x0 + 2 * margin, h: y1 - y0 + 2 * margin };
+  let seen = { ...whole };
+  const root = svg('svg', { role: 'img', 'aria-label': 'Plan of the planes and the trajectory', tabindex: 0 });
+  const show = () => root.setAttribute('viewBox', `${seen.x} ${seen.y} ${seen.w} ${seen.h}`);
+  const zoom = (by) => {
+    seen = { x: seen.x + seen.w * (1 - by) / 2, y: seen.y + seen.h * (1 - by) / 2, w: seen.w * by, h: seen.h * by };
+    show();
+  };
+  const move = (dx, dy) => { seen.x += dx * seen.w; seen.y += dy * seen.h; show(); };
+
+  const groups = {};
+  const up = svg('g', { transform: 'scale(1,-1)' });
+  root.append(up);
+  // Ceilings below all else; what is large below what is small.
+  const order = ['ceiling', 'floor', 'ramp', 'step', 'other', 'wall'];
+  for (const label of order) {
+    groups[label] = svg('g', {});
+    const own = planes.filter((p) => Lamina.label(p) === label).sort((a, b) => b.area - a.area);
+    for (const p of own) {
+      for (const outline of p.outlines) {
+        groups[label].append(svg('polygon', {
+          class: 'plane', 'data-plane': p.id, points: points(outline), fill: colours[label],
+          'fill-opacity': label === 'ceiling' ? 0.06 : 0.3, stroke: colours[label], 'stroke-width': label === 'wall' ? 2.5 : 1,
+          'vector-effect': 'non-scaling-stroke', click: () => Lamina.choose(p.id),
+        }, svg('title', {}, `plane ${p.id}: ${p.label}`)));
+      }
+    }
+    up.append(groups[label]);
+  }
+  const line = (key, list, dash) => {
+    groups[key] = svg('polyline', {
+      points: points(list), fill: 'none', stroke: tracks[key], 'stroke-width': key === 'path' ? 3 : 1.5,
+      'stroke-dasharray': dash, 'vector-effect': 'non-scaling-stroke', 'pointer-events': 'none',
+    });
+    up.append(groups[key]);
+  };
+  if (Lamina.before) line('before', flat(Lamina.before), '4 3');
+  if (Lamina.trajectory) line('trajectory', flat(Lamina.trajectory));
+  if (data.path) line('path', data.path, '8 4');
+
+  Lamina.choosers.push((p) => root.querySelectorAll('polygon.plane').forEach((shape) =>
+    shape.classList.toggle('chosen', shape.dataset.plane === String(p.id))));
+  let held = null;
+  root.addEventListener('pointerdown', (e) => { held = [e.clientX, e.clientY]; });
+  root.addEventListener('pointermove', (e) => {
+    if (!held || !e.buttons) return;
+    const box = root.getBoundingClientRect();
+    const scale = Math.max(seen.w / box.width, seen.h / box.height);
+    seen.x -= (e.clientX - held[0]) * scale; seen.y -= (e.clientY - held[1]) * scale;
+    held = [e.clientX, e.clientY];
+    show();
+  });
+  const keys = { '+': () => zoom(0.8), '-': () => zoom(1.25), ArrowLeft: () => move(-0.1, 0), ArrowRight: () => move(0.1, 0),
+    ArrowUp: () => move(0, -0.1), ArrowDown: () => move(0, 0.1) };
+  root.addEventListener('keydown', (e) => { if (keys[e.key]) { keys[e.key](); e.preventDefault(); } });
+
+  document.getElementById('plan').append(root);
+  const button = (text, click) => el('button', { type: 'button', click }, text);
+  document.getElementById('plan-buttons').append(button('Closer', () => zoom(0.7)), button('Farther', () => zoom(1 / 0.7)),
+    button('Whole map', () => { seen = { ...whole }; show(); }));
+  show();
+  return { flat, points, setVisible: (key, on) => { if (groups[key]) groups[key].style.display = on ? '' : 'none'; } };
+})();
