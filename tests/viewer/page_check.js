@@ -24,7 +24,7 @@ const expect = (holds, what) => { if (!holds) problems.push(what); };
 function open(name, flags) {
   const profile = fs.mkdtempSync(path.join(folder, 'profile-'));
   const run = spawnSync(chromium, ['--headless', '--no-sandbox', '--disable-dev-shm-usage', `--user-data-dir=${profile}`,
-    '--enable-logging=stderr', '--v=0', '--virtual-time-budget=8000', '--dump-dom', ...flags, `file://${path.resolve(report)}`],
+    '--enable-logging=stderr', '--v=0', '--virtual-time-budget=8000', '--dump-dom', ...flags, `file://${path.resolve(report)}#plane=7`],
   { encoding: 'utf8', timeout: 50000, maxBuffer: 1 << 28 });
   fs.rmSync(profile, { recursive: true, force: true });
   const dom = run.stdout || '';
@@ -34,11 +34,16 @@ function open(name, flags) {
   expect(attribute('ready') === 'true', `${name}: the page did not get ready (${body})`);
   expect(attribute('error') === undefined, `${name}: ${attribute('error')}`);
   expect(attribute('planes') === String(planes.length), `${name}: ${attribute('planes')} planes in the table, ${planes.length} in planes.json`);
-  const drawn = new Set([...dom.matchAll(/<polygon class="plane" data-plane="(\d+)"/g)].map((m) => m[1]));
+  const drawn = new Set([...dom.matchAll(/<polygon class="plane[^"]*" data-plane="(\d+)"/g)].map((m) => m[1]));
   expect(planes.every((p) => drawn.has(String(p.id))), `${name}: the plan draws ${[...drawn]}`);
   const tabs = [...dom.matchAll(/role="tab"[^>]*>(\w+)</g)].map((m) => m[1]).join();
   expect(tabs === 'navigability,height,slope,confidence,occupancy', `${name}: tabs ${tabs}`);
   expect((dom.match(/<figure>/g) || []).length === 5, `${name}: ${(dom.match(/<figure>/g) || []).length} charts, expected 5`);
+  // The chosen plane's numbers are those of planes.json.
+  const chosen = (dom.match(/<aside[^>]*data-plane="7"[\s\S]*?<\/aside>/) || [''])[0];
+  const seven = planes.find((p) => p.id === 7);
+  expect(chosen.includes(`<td>${seven.observations}</td>`) && chosen.includes(`<td>${seven.label}</td>`)
+    && chosen.includes(`<td>${(seven.theta * 180 / Math.PI).toFixed(2)} \u00b0</td>`), `${name}: chosen plane shows ${chosen}`);
   return { attribute, errors: console_ };
 }
 

@@ -40,6 +40,13 @@
   } else {
     document.getElementById('no3d').hidden = false;
   }
+  // report.html#plane=7 opens with that plane chosen.
+  const chooseLinked = () => {
+    const link = /^#plane=(-?\d+)$/.exec(location.hash);
+    if (link) Lamina.choose(Number(link[1]));
+  };
+  window.addEventListener('hashchange', chooseLinked);
+  chooseLinked();
   document.body.dataset.planes = document.querySelectorAll('#planes tbody tr').length;
   document.body.dataset.planes3d = view ? view.planeCount : 0;
   document.body.dataset.ready = 'true';

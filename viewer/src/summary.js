@@ -43,7 +43,7 @@
     out.push(`${planes.length} planes${each.length ? ': ' + each.join(', ') : ''}.`);
     const levels = floorLevels();
     if (levels.length) {
-      out.push(`Floor at ${levels.slice(0, 8).map((l) => `${number(l.z, 'm')} (${number(l.area, 'm\u00b2')})`).join(', ')}`
+      out.push(`Floor at ${levels.slice(0, 8).map((l) => `${l.z.toFixed(2)} m (${number(l.area, 'm\u00b2')})`).join(', ')}`
         + (levels.length > 8 ? ` and ${levels.length - 8} more heights.` : '.'));
     } else if (planes.length) out.push('No plane was taken for a floor.');
     const voids = Object.entries(counts).filter(([k]) => /hole|rim/.test(k));
@@ -63,9 +63,9 @@
     const refine = data.metrics && data.metrics.refine;
     if (data.metrics && !refine) out.push('The map was not refined as a whole.');
     if (refine && refine.status !== 'converged') out.push(`Refinement did not converge (${refine.status.replace(/_/g, ' ')}).`);
-    for (const [why, n] of Object.entries(skipped)) out.push(`Skipped ${n} times: ${why}.`);
-    if (counts.rejected_factors) out.push(`${counts.rejected_factors} constraints contradicted the rest and were left out.`);
-    if (counts.steps_with_unknown_motion) out.push(`${counts.steps_with_unknown_motion} steps with unknown motion.`);
+    for (const [why, n] of Object.entries(skipped)) out.push(`Skipped ${n} ${n === 1 ? 'time' : 'times'}: ${why}.`);
+    if (counts.rejected_factors) out.push(`Constraints that contradicted the rest and were left out: ${counts.rejected_factors}.`);
+    if (counts.steps_with_unknown_motion) out.push(`Steps whose motion is unknown: ${counts.steps_with_unknown_motion}.`);
     const open = planes.filter((p) => p.unobserved).length;
     if (open) out.push(`${open} of ${planes.length} planes are not measured in every direction.`);
     for (const remark of (data.evaluation && data.evaluation.remarks) || []) out.push(String(remark));

@@ -36,8 +36,9 @@ function surfelMesh(surfels, L, origin) {
 function surfelValues(position, kind, L) {
   const count = position.length / 3;
   if (kind === 'height') {
-    let least = Infinity, largest = -Infinity;
-    for (let i = 0; i < count; ++i) { least = Math.min(least, position[3 * i + 2]); largest = Math.max(largest, position[3 * i + 2]); }
+    // From the 2nd to the 98th percentile: one stray disc must not take all the colours.
+    const sorted = Float32Array.from({ length: count }, (_, i) => position[3 * i + 2]).sort();
+    const least = sorted[Math.floor(0.02 * (count - 1))], largest = sorted[Math.ceil(0.98 * (count - 1))];
     return Array.from({ length: count }, (_, i) => (position[3 * i + 2] - least) / (largest - least || 1));
   }
   const grid = L.data.grid, layer = grid.layers.navigability, codes = L.bytes(layer.codes);
@@ -140,11 +141,11 @@ window.laminaView3d = (host, L) => {
   dark.addEventListener('change', paint);
   paint();
   resize();
-  look(0.7, -1.1, 1.0);
+  look(0.55, -0.95, 0.9);
   return {
     planeCount: new Set(meshes.map((m) => m.userData.plane.id)).size,
     setVisible: (key, on) => { if (groups[key]) { groups[key].visible = on; render(); } },
-    orbit: () => look(0.7, -1.1, 1.0),
+    orbit: () => look(0.55, -0.95, 0.9),
     top: () => look(0, -0.001, 1.8),
     choose: (plane) => { meshes.forEach((m) => { m.material.opacity = m.userData.plane === plane ? 0.9 : 0.4; }); render(); },
     colourSurfels,
