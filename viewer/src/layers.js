@@ -42,7 +42,7 @@
     const root = svg('svg', { viewBox: `0 0 ${frame.width} ${frame.height}`, preserveAspectRatio: 'none', 'aria-hidden': true });
     const line = (list, colour, width) => root.append(svg('polyline', {
       points: Lamina.plan.points(list.map(pixel)), fill: 'none', stroke: colour, 'stroke-width': width, 'vector-effect': 'non-scaling-stroke' }));
-    if (Lamina.trajectory) line(Lamina.plan.flat(Lamina.trajectory), '#ffffff', 1);
+    if (Lamina.trajectory) line(Lamina.plan.flat(Lamina.trajectory), '#ffffffb0', 1);
     if (data.path) { line(data.path, '#000000', 5); line(data.path, tracks.path, 3); }
     root.append(svg('rect', { class: 'cursor', width: 1, height: 1, fill: 'none', stroke: '#d55e00', 'stroke-width': 2,
       'vector-effect': 'non-scaling-stroke', visibility: 'hidden' }));

@@ -43,7 +43,7 @@
     out.push(`${planes.length} planes${each.length ? ': ' + each.join(', ') : ''}.`);
     const levels = floorLevels();
     if (levels.length) {
-      out.push(`Floor at ${levels.slice(0, 8).map((l) => `${l.z.toFixed(2)} m (${number(l.area, 'm\u00b2')})`).join(', ')}`
+      out.push(`Floor at ${levels.slice(0, 8).map((l) => `${(Math.round(100 * l.z) / 100 + 0).toFixed(2)} m (${number(l.area, 'm\u00b2')})`).join(', ')}`
         + (levels.length > 8 ? ` and ${levels.length - 8} more heights.` : '.'));
     } else if (planes.length) out.push('No plane was taken for a floor.');
     const voids = Object.entries(counts).filter(([k]) => /hole|rim/.test(k));

@@ -99,7 +99,7 @@ window.laminaView3d = (host, L) => {
   const controls = new OrbitControls(camera, canvas);
   controls.listenToKeyEvents(canvas);
   const render = () => renderer.render(scene, camera);
-  const look = (x, y, z) => { camera.position.set(x, y, z).multiplyScalar(reach); controls.target.set(0, 0, 0); controls.update(); render(); };
+  const look = (x, y, z) => { camera.position.set(x, y, z).multiplyScalar(reach * Math.max(1, 1.7 / camera.aspect)); controls.target.set(0, 0, 0); controls.update(); render(); };
 
   let surfels = null;
   const colourSurfels = (kind) => {
@@ -141,11 +141,11 @@ window.laminaView3d = (host, L) => {
   dark.addEventListener('change', paint);
   paint();
   resize();
-  look(0.55, -0.95, 0.9);
+  look(0.65, -1.1, 1.15);
   return {
     planeCount: new Set(meshes.map((m) => m.userData.plane.id)).size,
     setVisible: (key, on) => { if (groups[key]) { groups[key].visible = on; render(); } },
-    orbit: () => look(0.55, -0.95, 0.9),
+    orbit: () => look(0.65, -1.1, 1.15),
     top: () => look(0, -0.001, 1.8),
     choose: (plane) => { meshes.forEach((m) => { m.material.opacity = m.userData.plane === plane ? 0.9 : 0.4; }); render(); },
     colourSurfels,
