@@ -3,6 +3,7 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -86,7 +87,11 @@ PlyHeader read_header(const Path& file, const std::string& content) {
     if (kind == "format" && type != "binary_little_endian") {
       throw Error(file.string() + ": found format " + type + ", expected binary_little_endian");
     }
-    if (kind == "element" && type == "vertex") header.vertices = std::stoull("0" + name);
+    if (kind == "element" && type == "vertex") {
+      if (!(std::istringstream(name) >> header.vertices)) {
+        throw input_error(file.string(), std::to_string(number), "'" + line + "'", "a count");
+      }
+    }
     if (kind != "property") continue;
     if (type != "float") throw Error(file.string() + ": found a " + type + ", expected float");
     for (std::size_t k = 0; k < kColumns.size(); ++k) {
@@ -160,9 +165,12 @@ std::string occupancy_data(const Path& file) {
     throw Error(file.string() + ": expected a binary PGM (P5) of 8 bits");
   }
   const auto cells = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
-  const auto start = static_cast<std::size_t>(header.tellg()) + 1;
+  // One blank after the header; at the file's end there is no position, and no pixels.
+  const std::streamoff end = header.eof() ? -1 : static_cast<std::streamoff>(header.tellg());
+  const std::size_t start = end < 0 ? content.size() : static_cast<std::size_t>(end) + 1;
   if (content.size() < start + cells) {
-    throw input_error(file.string(), "", std::to_string(content.size() - start) + " pixels",
+    throw input_error(file.string(), "",
+                      std::to_string(content.size() - std::min(content.size(), start)) + " pixels",
                       std::to_string(cells));
   }
   const std::vector<std::uint8_t> pixels(

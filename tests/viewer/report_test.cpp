@@ -115,11 +115,15 @@ TEST_F(Report, SurfelsOfAPly) {
 TEST_F(Report, ErrorsNameTheFile) {
   put("surfels.ply", "ply\nformat ascii 1.0\nend_header\n");
   EXPECT_THAT(error(), HasSubstr("surfels.ply"));
+  put("surfels.ply", "ply\nelement vertex 99999999999999999999999\nend_header\n");
+  EXPECT_THAT(error(), HasSubstr("surfels.ply:2"));
   std::filesystem::remove(folder_ / "surfels.ply");
   put("path.csv", "x,y\n1,2\n3;4\n");
   EXPECT_THAT(error(), HasSubstr("path.csv:3"));
   put("occupancy.pgm", "P5\n40 30\n255\nshort");
   EXPECT_THAT(error(), HasSubstr("occupancy.pgm"));
+  put("occupancy.pgm", "P5\n40 30\n255");
+  EXPECT_THAT(error(), HasSubstr("0 pixels"));
   put("metrics.json", "{");
   EXPECT_THAT(error(), HasSubstr("metrics.json"));
   put("planes.json", R"({"planes": [{"id": 1}]})");
