@@ -48,7 +48,7 @@ class Plane {
   Plane about(const Eigen::Vector3d& anchor) const;
 
   /// Two unit vectors that span the plane, right-handed with the normal (b1 x b2 = n). A
-  /// deterministic function of the normal, without poles but for one at n = -z, where it jumps.
+  /// deterministic function of the normal; it jumps where n.z changes its sign [Duff2017].
   Matrix32d tangent_basis() const { return tangent_basis(normal_); }
   static Matrix32d tangent_basis(const Eigen::Vector3d& normal);
 
