@@ -7,6 +7,7 @@
 #include <map>
 
 #include <lamina/backend/refiner.hpp>
+#include <lamina/grid/occupancy_fill.hpp>
 #include <lamina/grid/occupancy_grid.hpp>
 #include <lamina/grid/rasterizer.hpp>
 #include <lamina/io/atomic_file.hpp>
@@ -15,6 +16,7 @@
 #include <lamina/io/map_files.hpp>
 #include <lamina/io/ply_files.hpp>
 #include <lamina/io/scan_files.hpp>
+#include <lamina/io/terrain_files.hpp>
 
 namespace lamina::apps {
 
@@ -146,9 +148,10 @@ void MapOutput::note(const std::string& file, const std::string& what) {
 
 void MapOutput::write_grids(const PlanarMap& map, const Trajectory& trajectory) {
   const auto timer = metrics.time("raster");
-  const NavigabilityGrid grid = rasterize(map, raster_options(settings_));
-  io::write_grid(folder_ / "grid", grid);
-  io::write_navigability_map(folder_, grid);
+  Rasterizer rasterizer(raster_options(settings_));
+  rasterizer.update(map);
+  const bool floor_seen = rasterizer.floor_seen();
+  NavigabilityGrid grid = std::move(rasterizer).take_grid();
   std::optional<OccupancyGrid> occupancy;
   for (const LaserScan& scan : scans_) {
     const auto pose = trajectory.at(scan.stamp);
@@ -159,6 +162,12 @@ void MapOutput::write_grids(const PlanarMap& map, const Trajectory& trajectory) 
     }
     occupancy->add(T_map_lidar, beams_of(scan));
   }
+  // A map from scans alone: nothing looked at the floor, what is clear at the scanner's height is
+  // the best there is, and its confidence says so.
+  if (!floor_seen && occupancy) fill_from_occupancy(grid, *occupancy);
+  io::write_grid(folder_ / "grid", grid);
+  io::write_navigability_map(folder_, grid);
+  io::write_terrain_ply(folder_ / "terrain.ply", grid);
   const GridGeometry bounds = occupancy ? occupancy->bounds() : GridGeometry{};
   io::write_occupancy_map(folder_, bounds,
                           occupancy ? occupancy->image(bounds) : std::vector<float>{});

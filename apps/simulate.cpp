@@ -36,9 +36,10 @@ int simulate(const SimulateOptions& o) {
     for (const auto& [name, text] : sim::scene_list()) fmt::print("{:<16} {}\n", name, text);
     return kDone;
   }
-  if (o.scene.empty()) throw Error("simulate: found no SCENE, expected a name of `--list`");
+  if (o.scene.empty())
+    throw Error("simulate: found no SCENE, expected a name of `--list` or a scene YAML");
   if (o.output.empty()) throw Error("simulate: found no --output, expected a folder");
-  sim::World world = sim::make_scene(o.scene, parameters_of(o.assignments));
+  sim::World world = sim::load_scene(o.scene, parameters_of(o.assignments));
   const InterruptGuard interrupt;
   std::optional<Progress> progress;
   sim::DatasetOptions options;
@@ -63,7 +64,7 @@ Verb simulate_verb() {
   return {"simulate", "writes a simulated recording with its truth",
           "lamina simulate room --output data/room --seed 3", [](CLI::App& app) {
             auto o = std::make_shared<SimulateOptions>();
-            app.add_option("SCENE", o->scene, "name of a built-in scene");
+            app.add_option("SCENE", o->scene, "name of a built-in scene, or a scene YAML");
             app.add_option("--output", o->output, "dataset folder to write");
             app.add_option("--seed", o->seed, "seed of noise and drift");
             app.add_option("--set", o->assignments, "key=value, as often as needed")->take_all();
