@@ -57,9 +57,17 @@ std::optional<Step> FrontEnd::process(const Measurement& measurement, io::Metric
 }
 
 bool FrontEnd::out_of_order(Timestamp stamp) {
-  if (!last_step_ || stamp > *last_step_) return false;
-  ++skipped_["stamp repeats or goes back"];
+  if (!last_step_ || stamp >= *last_step_) return false;
+  ++skipped_["stamp goes back"];
   return true;
+}
+
+// Where the chain of motions stands at a stamp by wheels alone. The map frame is the odometry
+// frame: the first pose is the first odometry pose.
+SE3 FrontEnd::dead_reckoned(Timestamp stamp) const {
+  if (!last_step_) return wheels_.at(stamp).value_or(SE3());
+  const auto moved = wheels_.between(*last_step_, stamp);
+  return moved ? T_start_body_ * moved->T_from_to : T_start_body_;
 }
 
 // Wheels on a floor that no camera sees: a level scanner cannot tell height, roll and pitch, and
@@ -102,6 +110,7 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& scan, io::Metrics& m
     step.observations = segments_.process(
         scan, last_scan_ ? std::optional<SE3>(motion.T_prev_curr_body) : std::nullopt);
   }
+  if (!last_scan_) T_start_scan_body_ = dead_reckoned(scan.stamp);
   const SE3 T_start_body = T_start_scan_body_ * motion.T_prev_curr_body;
   step.motion = advance(T_start_body, held_level(motion.covariance), scan.stamp);
   step.motion_known = guess.has_value() || motion.status == ScanMotion::Status::kTracked;
@@ -150,7 +159,7 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
     moved = move_by_depth(frame, floor, step, metrics);
   } else if (!moved) {
     step.motion_known = !last_step_;
-    moved = Increment{SE3(), still_covariance()};
+    moved = Increment{T_start_body_.inverse() * dead_reckoned(frame.stamp), still_covariance()};
   }
   step.motion = advance(T_start_body_ * moved->T_from_to, moved->covariance, frame.stamp);
   step.T_start_body = T_start_body_;

@@ -50,6 +50,7 @@ class FrontEnd {
   Increment move_by_depth(const DepthFrame& frame, const FloorResult& floor, Step& step,
                           io::Metrics& metrics);
   Increment advance(const SE3& T_start_body, const Matrix6d& covariance, Timestamp stamp);
+  SE3 dead_reckoned(Timestamp stamp) const;
   Matrix6d held_level(Matrix6d covariance) const;
   bool out_of_order(Timestamp stamp);
 

@@ -34,8 +34,8 @@ void set_up_log(bool quiet) {
 // after a few steps a round.
 RefineOptions refine_options() {
   RefineOptions options;
-  options.minimizer.max_iterations = 5;
-  options.max_rounds = 5;
+  options.minimizer.max_iterations = 8;
+  options.max_rounds = 8;
   return options;
 }
 
