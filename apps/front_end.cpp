@@ -53,6 +53,7 @@ std::optional<Step> FrontEnd::process(const Measurement& measurement, io::Metric
     }();
     return process_depth(frame, SensorKind::kStereo, metrics);
   }
+  if (std::holds_alternative<CloudFrame>(measurement)) ++skipped_["cloud: not mapped yet"];
   return std::nullopt;
 }
 

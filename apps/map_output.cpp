@@ -17,6 +17,7 @@
 #include <lamina/io/ply_files.hpp>
 #include <lamina/io/scan_files.hpp>
 #include <lamina/io/terrain_files.hpp>
+#include <lamina/viewer/report.hpp>
 
 namespace lamina::apps {
 
@@ -195,6 +196,8 @@ void MapOutput::write(const Mapper& mapper, bool online) {
   metrics.counts["planes"] = static_cast<double>(map.planes.size());
   metrics.counts["path_m"] = trajectory.length();
   io::write_metrics(folder_ / "metrics.json", metrics);
+  viewer::write_report(folder_);
+  note("report.html", "the map to look at: open it in a browser");
   note("trajectory.txt", fmt::format("{} poses, {:.1f} m", trajectory.size(), trajectory.length()));
   note("planes.json", fmt::format("{} planes", map.planes.size()));
   note("surfels.ply", fmt::format("{} surfels", map.surfels.size()));

@@ -13,8 +13,8 @@ namespace lamina::apps {
 namespace {
 
 std::vector<Verb> all_verbs() {
-  return {map_verb(),      refine_verb(),   scan_verb(), plan_verb(),
-          simulate_verb(), evaluate_verb(), info_verb(), config_verb()};
+  return {map_verb(),      refine_verb(), scan_verb(), plan_verb(),  simulate_verb(),
+          evaluate_verb(), info_verb(),   view_verb(), config_verb()};
 }
 
 // One line for what the user typed wrong: the verb or option that was meant, where one is near.

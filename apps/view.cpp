@@ -1,0 +1,23 @@
+// `lamina view`: the report of a map.
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include <lamina/apps/verbs.hpp>
+#include <lamina/viewer/report.hpp>
+
+namespace lamina::apps {
+
+Verb view_verb() {
+  return {"view", "writes DIR/report.html: the map to look at, in one file, no network",
+          "lamina view out/room", [](CLI::App& app) {
+            auto map = std::make_shared<std::string>();
+            app.add_option("DIR", *map, "output folder of `map`")->required();
+            return [map]() {
+              viewer::write_report(*map);
+              fmt::print("{}/report.html\n", *map);
+              return kDone;
+            };
+          }};
+}
+
+}  // namespace lamina::apps
