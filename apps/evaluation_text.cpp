@@ -59,10 +59,17 @@ Json to_json(const GridErrors& g) {
   return {{"compared", g.compared},
           {"true_free", g.true_free},
           {"true_blocked", g.true_blocked},
+          {"called_free", g.called_free},
           {"false_free", g.false_free},
-          {"false_blocked", g.false_blocked},
+          {"false_free_pits", g.false_free_pits},
+          {"false_free_deep", g.false_free_deep},
           {"false_free_share", g.false_free_share},
+          {"flat_floor", g.flat_floor},
+          {"false_blocked", g.false_blocked},
           {"false_blocked_share", g.false_blocked_share},
+          {"blocked_edges", g.blocked_edges},
+          {"unknown_flat", g.unknown_flat},
+          {"unknown_share", g.unknown_share},
           {"height_rms_m", g.height_rms_m},
           {"height_bias_m", g.height_bias_m},
           {"height_max_m", g.height_max_m}};
@@ -79,11 +86,16 @@ std::string planes_text(const PlaneErrors& p) {
 
 std::string grid_text(const GridErrors& g) {
   return fmt::format(
-      "grid                       {} cells compared; false free {} ({:.3f} %), false blocked {} "
-      "({:.3f} %)\n"
+      "grid free                  {} cells; falsely free {} ({:.3f} %), of these in holes and over "
+      "ledges {}, further than a cell from free ground {}\n"
+      "grid flat floor            {} cells seen; falsely blocked {} ({:.3f} %), unknown {} ({:.3f} "
+      "%)\n"
+      "grid edges                 {} free cells within {:.2f} m of an edge called blocked\n"
       "grid height                rms {:.4f}  bias {:.4f}  max {:.4f} m\n",
-      g.compared, g.false_free, 100 * g.false_free_share, g.false_blocked,
-      100 * g.false_blocked_share, g.height_rms_m, g.height_bias_m, g.height_max_m);
+      g.called_free, g.false_free, 100 * g.false_free_share, g.false_free_pits, g.false_free_deep,
+      g.flat_floor, g.false_blocked, 100 * g.false_blocked_share, g.unknown_flat,
+      100 * g.unknown_share, g.blocked_edges, GridErrors::kTolerance, g.height_rms_m,
+      g.height_bias_m, g.height_max_m);
 }
 
 }  // namespace

@@ -4,31 +4,104 @@
 #include <cmath>
 
 namespace lamina::apps {
+namespace {
+
+// What is true around each cell: how far to the next edge, and from free ground.
+class TrueGround {
+ public:
+  TrueGround(const NavigabilityGrid& truth, double tolerance)
+      : truth_(truth),
+        reach_(static_cast<int>(std::floor(tolerance / truth.resolution() + 1e-9))) {}
+
+  const NavigabilityCell* at(const CellIndex& c) const {
+    const NavigabilityCell* cell = truth_.find(c);
+    return cell != nullptr && cell->known() ? cell : nullptr;
+  }
+  bool free(const CellIndex& c) const {
+    const NavigabilityCell* cell = at(c);
+    return cell != nullptr && cell->navigability >= GridErrors::kFree;
+  }
+  /// Free and level with all neighbours for the tolerance around.
+  bool flat(const CellIndex& c) const {
+    const NavigabilityCell* middle = at(c);
+    if (middle == nullptr || !free(c)) return false;
+    bool flat = true;
+    around(c, reach_, [&](const CellIndex& other) {
+      const NavigabilityCell* cell = at(other);
+      flat = flat && cell != nullptr && free(other) &&
+             std::abs(cell->height - middle->height) <= GridErrors::kFlatStep;
+    });
+    return flat;
+  }
+  bool free_beside(const CellIndex& c) const {
+    bool any = false;
+    around(c, 1, [&](const CellIndex& other) { any = any || free(other); });
+    return any;
+  }
+  /// Below the nearest free ground (within 30 cells), or nothing there at all.
+  bool pit(const CellIndex& c) const {
+    const NavigabilityCell* cell = at(c);
+    if (cell == nullptr || std::isnan(cell->height)) return true;
+    for (int reach = 1; reach <= 30; ++reach) {
+      float floor = NavigabilityCell::kUnknown;
+      around(c, reach, [&](const CellIndex& other) {
+        if (free(other)) floor = at(other)->height;
+      });
+      if (floor == floor) return cell->height < floor - GridErrors::kPit;
+    }
+    return false;
+  }
+
+ private:
+  template <class Visit>
+  static void around(const CellIndex& c, int reach, const Visit& visit) {
+    for (int dj = -reach; dj <= reach; ++dj) {
+      for (int di = -reach; di <= reach; ++di) visit(CellIndex{c.i + di, c.j + dj});
+    }
+  }
+  const NavigabilityGrid& truth_;
+  int reach_;
+};
+
+void keep(const CellIndex& c, std::vector<CellIndex>& cells) {
+  if (cells.size() < 1000) cells.push_back(c);
+}
+
+double share(std::int64_t part, std::int64_t whole) {
+  return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
+}
+
+}  // namespace
 
 GridErrors grid_errors(const NavigabilityGrid& grid, const NavigabilityGrid& truth) {
   GridErrors errors;
+  const TrueGround ground(truth, GridErrors::kTolerance);
   double sum = 0, squares = 0;
-  std::int64_t heights = 0, called_free = 0;
-  grid.for_each([&](const CellIndex& c, const NavigabilityCell& cell) {
+  std::int64_t heights = 0;
+  grid.for_each([&](const CellIndex& cell_index, const NavigabilityCell& cell) {
+    const CellIndex c = cell_of(center_of(cell_index, grid.resolution()), truth.resolution());
+    const NavigabilityCell* real = ground.at(c);
+    if (real == nullptr) return;
+    const bool seen = cell.height == cell.height;
+    const bool flat = (cell.known() || seen) && ground.flat(c);
+    errors.flat_floor += flat;
+    errors.unknown_flat += flat && !cell.known();
     if (!cell.known()) return;
-    const NavigabilityCell* real =
-        truth.find(cell_of(center_of(c, grid.resolution()), truth.resolution()));
-    if (real == nullptr || !real->known()) return;
     ++errors.compared;
-    const bool free = cell.navigability >= GridErrors::kFree;
-    const bool truly = real->navigability >= GridErrors::kFree;
-    called_free += free;
-    if (truly) {
-      ++errors.true_free;
-    } else {
-      ++errors.true_blocked;
-    }
+    const bool free = cell.navigability >= GridErrors::kFree, truly = ground.free(c);
+    errors.called_free += free;
+    ++(truly ? errors.true_free : errors.true_blocked);
     if (free && !truly) {
       ++errors.false_free;
-      if (errors.false_free_cells.size() < 1000) errors.false_free_cells.push_back(c);
+      errors.false_free_pits += ground.pit(c);
+      errors.false_free_deep += !ground.free_beside(c);
+      keep(cell_index, errors.false_free_cells);
     }
-    if (!free && truly) ++errors.false_blocked;
-    if (free && truly && std::isfinite(cell.height) && std::isfinite(real->height)) {
+    if (!free && truly) {
+      ++(flat ? errors.false_blocked : errors.blocked_edges);
+      if (flat) keep(cell_index, errors.false_blocked_cells);
+    }
+    if (free && truly && seen && std::isfinite(real->height)) {
       const double d = static_cast<double>(cell.height) - static_cast<double>(real->height);
       sum += d;
       squares += d * d;
@@ -36,11 +109,9 @@ GridErrors grid_errors(const NavigabilityGrid& grid, const NavigabilityGrid& tru
       ++heights;
     }
   });
-  const auto share = [](std::int64_t part, std::int64_t whole) {
-    return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
-  };
-  errors.false_free_share = share(errors.false_free, called_free);
-  errors.false_blocked_share = share(errors.false_blocked, errors.true_free);
+  errors.false_free_share = share(errors.false_free, errors.called_free);
+  errors.false_blocked_share = share(errors.false_blocked, errors.flat_floor);
+  errors.unknown_share = share(errors.unknown_flat, errors.flat_floor);
   if (heights > 0) {
     errors.height_bias_m = sum / static_cast<double>(heights);
     errors.height_rms_m = std::sqrt(squares / static_cast<double>(heights));

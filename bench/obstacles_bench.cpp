@@ -1,5 +1,6 @@
 // The table of the obstacle scans: rims of holes, flat floors, stairs, speed, real potholes.
-//   obstacles_bench all | holes | flat [FRAMES] | stairs | time | real FOLDER | methods
+//   obstacles_bench all | holes | flat [FRAMES] | stairs | time | real FOLDER | methods | trace
+// `trace` prints every beam that misses the near edge of a hole, or passes the top of a stair.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -78,13 +79,34 @@ struct Rims {
 };
 
 // Beams over the near edge, by range of the edge: up to 2 m, 2 to 3 m.
+// Does the camera have that point of the floor in view?
+bool in_view(const Stage& stage, double angle, double range) {
+  const CameraModel& c = stage.world.rig.depth->camera.camera;
+  const Eigen::Vector3d p = c.T_body_camera.inverse() *
+                            Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0);
+  if (!(p.z() > 0)) return false;
+  const double u = c.fx * p.x() / p.z() + c.cx, v = c.fy * p.y() / p.z() + c.cy;
+  return u >= 0 && u <= c.width - 1 && v >= 0 && v <= c.height - 1;
+}
+
+bool trace = false;  // print each missed beam
+
 void score(const Stage& stage, const SE3& T, const ObstacleScan& scan, Rims (&rims)[2]) {
   for (std::size_t i = 0; i < scan.size(); ++i) {
     bool near = false;
     const double truth = crossing(stage.world.scene, T, scan.angle(i), near);
-    if (truth < 0 || !near || truth > 3) continue;
+    if (truth < 0 || !near || truth > 3 || !in_view(stage, scan.angle(i), truth)) continue;
     Rims& r = rims[truth <= 2 ? 0 : 1];
     ++r.beams;
+    if (trace &&
+        !(scan.cause[i] != BeamCause::kNone && scan.cause[i] != BeamCause::kEdgeOfKnowledge &&
+          std::abs(static_cast<double>(scan.range[i]) - truth) <= 0.3)) {
+      const Eigen::Vector3d c =
+          T * Eigen::Vector3d(truth * std::cos(scan.angle(i)), truth * std::sin(scan.angle(i)), 0);
+      std::printf("    missed: beam %zu of %zu, %.2f m at y %.2f: %s %.2f m, floor to %.2f m\n", i,
+                  scan.size(), truth, c.y(), to_string(scan.cause[i]),
+                  static_cast<double>(scan.range[i]), static_cast<double>(scan.floor_range[i]));
+    }
     if (scan.cause[i] == BeamCause::kNone || scan.cause[i] == BeamCause::kEdgeOfKnowledge) continue;
     const double error = static_cast<double>(scan.range[i]) - truth;
     r.passed += error > 0.3;
@@ -125,6 +147,7 @@ void bench_holes(const ScanOptions& options, int frames) {
   for (const char* scene : {"hole", "hole_no_wall"}) {
     for (const Rig& rig : rigs) {
       for (const double off : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
+        if (trace && off != 0) continue;
         Stage stage(scene, rig.parameters, 7);
         Rims rims[2];
         FloorFrontend frontend;
@@ -134,7 +157,9 @@ void bench_holes(const ScanOptions& options, int frames) {
           const SE3 T = pose(x, 0.2 * std::sin(k * 1.3), 0.1 * std::sin(k * 2.1));
           const DepthFrame f =
               stage.frame(T, static_cast<std::uint64_t>(k), 0.5 * off * kDegree, off * kDegree);
-          score(stage, T, scanner.process(f, frontend.process(f)), rims);
+          const FloorResult floor = frontend.process(f);
+          if (trace) std::printf("  frame %d at x %.2f: %s\n", k, x, to_string(floor.status));
+          score(stage, T, scanner.process(f, floor), rims);
         }
         print((std::string(scene) + " " + rig.name).c_str(), off, rims);
       }
@@ -166,6 +191,7 @@ void bench_flat(int frames) {
 void bench_stairs(int frames) {
   Stage stage("stairs_down", {}, 5);
   for (const double off : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
+    if (trace && off != 0) continue;
     int beams = 0, passed = 0, unknown = 0, negative = 0, obstacles = 0, posts = 0, seen = 0;
     FloorFrontend frontend;
     ObstacleScanner scanner;
@@ -184,7 +210,12 @@ void bench_stairs(int frames) {
         unknown += none || scan.cause[i] == BeamCause::kEdgeOfKnowledge;
         negative += is_negative(scan.cause[i]);
         obstacles += scan.cause[i] == BeamCause::kObstacle;
-        passed += !none && static_cast<double>(scan.range[i]) > truth + 0.05;
+        const bool past = !none && static_cast<double>(scan.range[i]) > truth + 0.05;
+        passed += past;
+        if (trace && past)
+          std::printf("    passed: frame %d beam %zu of %zu, %.2f m: %s %.2f m, floor to %.2f m\n",
+                      k, i, scan.size(), truth, to_string(scan.cause[i]),
+                      static_cast<double>(scan.range[i]), static_cast<double>(scan.floor_range[i]));
       }
       for (const sim::Cylinder& c : stage.world.scene.cylinders()) {
         if (c.name != "post") continue;
@@ -291,6 +322,11 @@ int main(int argc, char** argv) {
   const bool all = verb == "all";
   const int count = argc > 2 && verb != "real" ? std::atoi(argv[2]) : 0;
   if (all || verb == "holes") bench_holes({}, count > 0 ? count : 40);
+  if (verb == "trace") {
+    trace = true;
+    bench_holes({}, count > 0 ? count : 12);
+    bench_stairs(count > 0 ? count : 12);
+  }
   if (all || verb == "flat") bench_flat(count > 0 ? count : 1000);
   if (all || verb == "stairs") bench_stairs(count > 0 ? count : 40);
   if (all || verb == "time") bench_time();

@@ -51,13 +51,15 @@ struct GridRules {
   double resolution = 0.05;    ///< m
   double robot_height = 0.75;  ///< m: what is above does not matter, unless it reaches below
   double max_step = 0.02;      ///< m between neighbouring cells
-  double max_slope_deg = 20;
+  double max_slope_deg = 10;   ///< as `robot.max_slope_deg`
 };
 
 /// Planes with their hits so far, and hole edges.
 Truth truth_of(const Simulation& simulation, std::uint64_t seed);
-/// Grid of the ground within 6 m of the path, by casting rays down and across each cell. Empty when
-/// the path does not start on the ground.
+/// Grid of the ground within 6 m of the path, by casting rays down and across each cell, judged by
+/// the rules docs/grid.md states for the product: free is what has no step above max_step to any
+/// neighbour, no steeper slope, nothing standing on it, and is no pit; its value falls with the
+/// height above the floor the robot comes from. Empty when the path does not start on the ground.
 TruthGrid grid_truth(const World& world, const Caster& caster, const GridRules& rules);
 
 /// Writes truth.yaml and the layers as truth_height.pfm, truth_navigability.pfm and

@@ -13,7 +13,9 @@ constexpr double kMargin = 6;  // m around the path
 constexpr double kSlopeFull = 45 * kPi / 180;
 
 struct Cell {
-  bool ground = false, blocked = false;
+  bool ground = false;   ///< there is a surface
+  bool solid = false;    ///< something stands in the cell within the robot's height
+  bool blocked = false;  ///< solid, too steep, or a step to a neighbour above what the robot takes
   double height = 0, slope = 0;
 };
 
@@ -60,15 +62,15 @@ Cell look(const Caster& caster, double x, double y, double r, double robot_heigh
   const bool inside = inside_solid(caster, {x, y, robot_height});
   if (down) {
     cell.ground = true;
-    cell.blocked = inside;
+    cell.solid = inside;
     cell.height = inside ? robot_height : robot_height - down->range;
     cell.slope = inside ? 0 : std::acos(std::clamp(down->normal_map.z(), -1.0, 1.0));
   }
   const double base = down ? cell.height : 0;
   for (double share : {0.06, 0.2, 0.4, 0.7, 0.98}) {
     const double z = std::max(base, 0.0) + share * (robot_height - std::max(base, 0.0));
-    cell.blocked = cell.blocked || caster.cast({x - r / 2, y, z}, {1, 0, 0}, 0, r).has_value() ||
-                   caster.cast({x, y - r / 2, z}, {0, 1, 0}, 0, r).has_value();
+    cell.solid = cell.solid || caster.cast({x - r / 2, y, z}, {1, 0, 0}, 0, r).has_value() ||
+                 caster.cast({x, y - r / 2, z}, {0, 1, 0}, 0, r).has_value();
   }
   return cell;
 }
@@ -85,45 +87,93 @@ void mark_posts(const Scene& scene, double robot_height, TruthGrid& grid,
         const double i = std::floor((c.base_map.x() + dx - grid.x0) / grid.resolution);
         const double j = std::floor((c.base_map.y() + dy - grid.y0) / grid.resolution);
         if (i >= 0 && j >= 0 && i < grid.width && j < grid.height) {
-          cells[grid.index(static_cast<int>(i), static_cast<int>(j))].blocked = true;
+          cells[grid.index(static_cast<int>(i), static_cast<int>(j))].solid = true;
         }
       }
     }
   }
 }
 
-/// From the start, over steps and slopes the robot can take.
-void flood(const World& world, const GridRules& rules, const std::vector<Cell>& cells,
-           TruthGrid& grid) {
+// Visits the cells around (i, j): 4 or 8 of them.
+template <class Visit>
+void around(const TruthGrid& grid, int i, int j, bool diagonals, const Visit& visit) {
+  for (int dj = -1; dj <= 1; ++dj) {
+    for (int di = -1; di <= 1; ++di) {
+      if ((di == 0 && dj == 0) || (!diagonals && di != 0 && dj != 0)) continue;
+      const int u = i + di, v = j + dj;
+      if (u >= 0 && v >= 0 && u < grid.width && v < grid.height) visit(grid.index(u, v));
+    }
+  }
+}
+
+/// The product's rule: no wheel on a cell that is steep, or whose step to any of its eight
+/// neighbours is more than the robot takes. What stands in a neighbour is no step; nothing below it
+/// is one.
+void block_steps(const GridRules& rules, const TruthGrid& grid, std::vector<Cell>& cells) {
+  for (int j = 0; j < grid.height; ++j) {
+    for (int i = 0; i < grid.width; ++i) {
+      Cell& cell = cells[grid.index(i, j)];
+      cell.blocked = cell.solid || !cell.ground || cell.slope > rules.max_slope_deg * kPi / 180;
+      around(grid, i, j, true, [&](std::size_t k) {
+        const Cell& other = cells[k];
+        if (other.solid) return;
+        cell.blocked = cell.blocked || !other.ground ||
+                       std::abs(other.height - cell.height) > rules.max_step + 1e-9;
+      });
+    }
+  }
+}
+
+/// Cells the robot gets to from its start.
+void flood(const World& world, const std::vector<Cell>& cells, TruthGrid& grid) {
   const Eigen::Vector3d start = world.path.at(0).translation();
   const int i0 = static_cast<int>(std::floor((start.x() - grid.x0) / grid.resolution));
   const int j0 = static_cast<int>(std::floor((start.y() - grid.y0) / grid.resolution));
-  if (i0 < 0 || j0 < 0 || i0 >= grid.width || j0 >= grid.height) {
-    return;
-  }
+  if (i0 < 0 || j0 < 0 || i0 >= grid.width || j0 >= grid.height) return;
   std::vector<std::pair<int, int>> open = {{i0, j0}};
   grid.reachable[grid.index(i0, j0)] = 1;
   while (!open.empty()) {
     const auto [i, j] = open.back();
     open.pop_back();
-    const Cell& from = cells[grid.index(i, j)];
-    const int di[4] = {1, -1, 0, 0}, dj[4] = {0, 0, 1, -1};
-    for (int k = 0; k < 4; ++k) {
-      const int u = i + di[k], v = j + dj[k];
-      if (u < 0 || v < 0 || u >= grid.width || v >= grid.height) {
-        continue;
-      }
-      const std::size_t at = grid.index(u, v);
-      const Cell& to = cells[at];
-      if (grid.reachable[at] > 0 || !to.ground || to.blocked ||
-          std::abs(to.height - from.height) > rules.max_step + 1e-9 ||
-          to.slope > rules.max_slope_deg * kPi / 180) {
-        continue;
-      }
-      grid.reachable[at] = 1;
-      open.emplace_back(u, v);
-    }
+    around(grid, i, j, false, [&](std::size_t k) {
+      if (grid.reachable[k] > 0 || cells[k].blocked) return;
+      grid.reachable[k] = 1;
+      open.emplace_back(static_cast<int>(k) % grid.width, static_cast<int>(k) / grid.width);
+    });
   }
+}
+
+/// Height of the nearest cell the robot gets to: what it would come from.
+std::vector<double> reference_heights(const std::vector<Cell>& cells, const TruthGrid& grid) {
+  std::vector<double> reference(cells.size(), std::numeric_limits<double>::quiet_NaN());
+  std::vector<std::size_t> open;
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    if (grid.reachable[k] == 0) continue;
+    reference[k] = cells[k].height;
+    open.push_back(k);
+  }
+  for (std::size_t head = 0; head < open.size(); ++head) {
+    const std::size_t from = open[head];
+    const auto width = static_cast<std::size_t>(grid.width);
+    around(grid, static_cast<int>(from % width), static_cast<int>(from / width), false,
+           [&](std::size_t k) {
+             if (!std::isnan(reference[k])) return;
+             reference[k] = reference[from];
+             open.push_back(k);
+           });
+  }
+  return reference;
+}
+
+/// 0 where the robot cannot be: blocked, nothing below, or a pit. Else the factors of the floor
+/// article, the height counted from the floor the robot would come from.
+float navigability_of(const Cell& cell, bool reached, double reference, const GridRules& rules) {
+  if (cell.blocked || std::isnan(reference)) return 0;
+  const double rise = reached ? 0 : cell.height - reference;
+  if (rise < -rules.max_step) return 0;
+  const double by_height = 1 - std::clamp(rise / rules.robot_height, 0.0, 1.0);
+  const double by_slope = cell.slope > kSlopeFull ? 0 : 1 - 0.8 * cell.slope / kSlopeFull;
+  return static_cast<float>(by_height * by_slope);
 }
 
 }  // namespace
@@ -150,17 +200,13 @@ TruthGrid grid_truth(const World& world, const Caster& caster, const GridRules& 
   grid.surface.assign(size, nan);
   grid.navigability.assign(size, 0);
   grid.reachable.assign(size, 0);
+  block_steps(rules, grid, cells);
+  flood(world, cells, grid);
+  const std::vector<double> reference = reference_heights(cells, grid);
   for (std::size_t k = 0; k < size; ++k) {
-    const Cell& cell = cells[k];
-    if (!cell.ground) {
-      continue;  // nothing below: no surface, and not navigable
-    }
-    grid.surface[k] = static_cast<float>(cell.height);
-    const double by_height = 1 - std::clamp(std::abs(cell.height) / rules.robot_height, 0.0, 1.0);
-    const double by_slope = cell.slope > kSlopeFull ? 0 : 1 - 0.8 * cell.slope / kSlopeFull;
-    grid.navigability[k] = cell.blocked ? 0.0F : static_cast<float>(by_height * by_slope);
+    if (cells[k].ground) grid.surface[k] = static_cast<float>(cells[k].height);
+    grid.navigability[k] = navigability_of(cells[k], grid.reachable[k] > 0, reference[k], rules);
   }
-  flood(world, rules, cells, grid);
   return grid;
 }
 

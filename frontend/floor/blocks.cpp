@@ -246,10 +246,12 @@ bool is_outlier(const DisparityImage& image, int u, int v, float tolerance) {
 }
 
 void remove_outliers(const DisparityImage& image, const DisparityGeometry& g, float tolerance,
-                     float flat_sigma, float min_pixels, BlockImage& blocks) {
+                     float flat_sigma, float min_pixels, BlockImage& blocks, float lateral_sigma) {
   const float limit = flat_sigma * flat_sigma;
+  const float aside = 2.25F * lateral_sigma * lateral_sigma;  // 1.5 sigmas of a mean over a block
   const auto is_flat = [&](const Block& b) {
-    return b.n >= min_pixels && b.n > 3 && b.sse <= limit * (b.n - 3);
+    const float slope = b.a * b.a + b.b * b.b;
+    return b.n >= min_pixels && b.n > 3 && b.sse <= (limit + aside * slope) * (b.n - 3);
   };
   const auto keep = [&](int u, int v) { return !is_outlier(image, u, v, tolerance); };
   std::size_t i = 0;

@@ -72,8 +72,11 @@ double shared_variance(const BlockImage& blocks, double variance_of_mean, double
 bool is_outlier(const DisparityImage& image, int u, int v, float tolerance);
 
 /// Takes outliers out of the blocks that are not flat with them, and marks which blocks are flat:
-/// rms below `flat_sigma` px and at least `min_pixels`.
+/// rms below `flat_sigma` px and at least `min_pixels`. A pixel that looks `lateral_sigma` px aside
+/// (1-sigma a pixel and axis, [Barron2013]) reads off by that times the block's slope: a floor just
+/// below a low camera, a quarter of a pixel of disparity a row, is flat all the same.
 void remove_outliers(const DisparityImage& image, const DisparityGeometry& g, float tolerance,
-                     float flat_sigma, float min_pixels, BlockImage& blocks);
+                     float flat_sigma, float min_pixels, BlockImage& blocks,
+                     float lateral_sigma = 0);
 
 }  // namespace lamina

@@ -11,6 +11,7 @@ namespace lamina {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
+constexpr float kKinectLateral = 0.5F;  // px [Barron2013]
 
 }  // namespace
 
@@ -36,10 +37,10 @@ void PlaneExtractor::extract(const DepthFrame& frame, const MountingPrior& prior
   estimate_noise(frame.camera.noise);
   const double sigma = std::sqrt(noise_.pixel);
   const double block_pixels = options_.block_px * options_.block_px;
-  remove_outliers(image_, geometry_,
-                  static_cast<float>(options_.outlier_alpha * sigma * std::sqrt(1.5)),
-                  static_cast<float>(1.8 * sigma),
-                  static_cast<float>(options_.min_block_fill * block_pixels), blocks_);
+  remove_outliers(
+      image_, geometry_, static_cast<float>(options_.outlier_alpha * sigma * std::sqrt(1.5)),
+      static_cast<float>(1.8 * sigma), static_cast<float>(options_.min_block_fill * block_pixels),
+      blocks_, frame.camera.noise.kind == DepthNoise::Kind::kKinect ? kKinectLateral : 0.0F);
   noise_.shared = shared_variance(blocks_, noise_.per_pixel / block_pixels, noise_.shared);
   times_.blocks_ms = watch.lap();
 

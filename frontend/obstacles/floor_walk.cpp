@@ -70,8 +70,9 @@ class Walk {
   double last_range_ = 0;
   int above_ = 0, below_ = 0, first_above_ = -1, first_below_ = -1;
   float below_d_ = 0, above_d_ = 0;
-  int pending_ = 0, first_pending_ = -1;  // floor seen again behind a gap, not yet believed
-  std::array<float, 6> gaps_{};           // ranges of gaps that were bridged
+  int pending_ = 0, first_pending_ = -1,
+      last_pending_ = -1;        // floor seen again behind a gap, not yet believed
+  std::array<float, 6> gaps_{};  // ranges of gaps that were bridged
   int bridges_ = 0;
   std::uint32_t history_ = 0;  // one bit a sample up to last_: was it floor?
 };
@@ -179,6 +180,12 @@ bool Walk::on_floor(int i) {
     accept(i);
     return true;
   }
+  // Few pixels of a fading floor believe each other across a short gap only: the foot of a far wall
+  // is no floor because a stray pixel before it was.
+  const bool apart = pending_ > 0 && i - last_pending_ > options_.min_run_px &&
+                     range_on_floor(i) - range_on_floor(last_pending_) > options_.max_gap_m;
+  if (apart) pending_ = 0;
+  last_pending_ = i;
   if (pending_ == 0) first_pending_ = i;
   if (++pending_ < options_.min_run_px && i - last_ > options_.min_run_px) return true;
   if (!bridged(first_pending_)) return false;
@@ -210,7 +217,9 @@ bool Walk::in_shadow() const {
 WalkEnd Walk::end_at(BeamCause cause, double beyond) {
   WalkEnd end;
   end.cause = cause;
+  end.plane = plane_;
   end.sample = last_;
+  end.history = history_;
   end.bridged = gaps_;
   end.bridges = bridges_;
   if (last_ < 0) {
@@ -277,6 +286,7 @@ WalkEnd Walk::run() {
     const double beyond = range_on_floor(first_below_ - 0.5);
     WalkEnd end = end_at(BeamCause::kHole, beyond);
     end.beyond = beyond;
+    end.beyond_footprint = range_on_floor(first_below_) - range_on_floor(first_below_ - 1);
     end.faded = last_ >= 0 && !end.sharp;
     return end;
   }

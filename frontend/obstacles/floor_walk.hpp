@@ -38,8 +38,11 @@ struct WalkEnd {
   float height = 0;      ///< m, body z of the floor there
   int sample = -1;       ///< last sample on floor, -1: no floor was met
   double beyond = 0;     ///< m, holes: the virtual floor point of the first ground seen below
-  bool faded = false;    ///< holes: the sensor was losing the floor before the rim
-  bool sharp = false;    ///< floor was seen without holes up to there
+  double beyond_footprint = 0;  ///< m of floor one sample would cover there
+  int plane = 0;                ///< the floor walked on last, index into WalkPlanes::planes
+  bool faded = false;           ///< holes: the sensor was losing the floor before the rim
+  std::uint32_t history = 0;    ///< one bit a sample back from the last: was it floor?
+  bool sharp = false;           ///< floor was seen without holes up to there
   /// Short gaps that were bridged before the end (m): a pit's corner, where neighbours find it.
   std::array<float, 6> bridged{};
   int bridges = 0;
@@ -67,6 +70,13 @@ void find_ledges(const ScanOptions& options, std::vector<WalkEnd>& ends);
 /// Where the sensor was fading a rim is the farthest floor seen by those neighbours; where it sees
 /// floor no more (lost_deg), what virtual floor projection says.
 void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<WalkEnd>& ends);
+
+/// Hysteresis: a rim that was found goes on over the neighbouring lines as long as the ground just
+/// behind it lies lower than the floor before it by more than noise, however little: at a pit's
+/// corner the side of the slab shows a centimetre or less. Its end is known no better than the rim
+/// itself: over half a footprint more it is taken to go on straight.
+void grow_rims(const ScanView& view, const std::vector<WalkLine>& lines, const WalkPlanes& planes,
+               std::vector<WalkEnd>& ends);
 
 /// A pit's corner is too short a gap to end a walk by itself. From each hole or ledge sideways:
 /// lines whose walk bridged a gap where the neighbour's rim would go on (within three footprints)

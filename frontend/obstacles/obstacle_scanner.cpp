@@ -80,6 +80,7 @@ ObstacleScan ObstacleScanner::State::ours(const ScanView& view, const FloorResul
     find_ledges(options, ends);
     settle_holes(view, options, ends);
     extend_rims(ends);
+    grow_rims(view, lines, planes, ends);
     smooth_edges(ends);
     draw_ends(view, lines, ends, negative);
   }

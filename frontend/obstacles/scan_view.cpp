@@ -81,8 +81,9 @@ WalkLine ScanView::line(double azimuth) const {
   // Directions from straight down (x = 0) to the horizon (x = 1).
   const Eigen::Vector3d a = project({0, 0, -1});
   const Eigen::Vector3d b = project({std::cos(azimuth), std::sin(azimuth), 0});
-  // A margin at the sides: matchers' windows reach over the border there.
-  const double margin = std::floor(0.01 * image->width);
+  // Stereo matchers' windows reach over the border at the sides.
+  const double margin =
+      noise.kind == DepthNoise::Kind::kStereo ? std::floor(0.01 * image->width) : 0;
   const double right = image->width - 1 - margin, bottom = image->height - 1;
   double from = 0, to = 1;
   clip(a.z() - 1e-6, b.z() - 1e-6, from, to);

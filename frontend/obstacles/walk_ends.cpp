@@ -42,6 +42,53 @@ void find_ledges(const ScanOptions& options, std::vector<WalkEnd>& ends) {
   for (const std::size_t j : ledges) ends[j].cause = BeamCause::kLedge;
 }
 
+namespace {
+
+constexpr std::ptrdiff_t kAround = 4;
+
+// Floor that thins out before it ends was lost by the sensor; floor that stops has a rim. Share of
+// the pixels that were floor, over the neighbours' last samples before `reach`.
+bool thins_out(const std::vector<WalkEnd>& ends, std::ptrdiff_t j, double reach) {
+  constexpr int kSamples = 6;
+  constexpr double kThin = 0.15;
+  int seen = 0, all = 0;
+  for (std::ptrdiff_t k = j - kAround; k <= j + kAround; ++k) {
+    if (k < 0 || k >= static_cast<std::ptrdiff_t>(ends.size())) continue;
+    const WalkEnd& e = ends[static_cast<std::size_t>(k)];
+    if (e.sample < 0 || !(e.footprint > 0)) continue;
+    all += kSamples;
+    for (int b = 0; b < kSamples; ++b) {
+      const double range = e.range - (b + 0.5) * e.footprint;
+      if (range < reach - kSamples * e.footprint) break;
+      seen += static_cast<int>((e.history >> b) & 1U);
+    }
+  }
+  return all > 0 && seen < kThin * all;
+}
+
+// Do the virtual floor points of the neighbours that see below lie on one rim with this one's? Then
+// the floor before them was lost by fading alone: whatever else hides ground has no straight rim.
+bool in_line(const std::vector<WalkEnd>& ends, std::ptrdiff_t j) {
+  constexpr int kNeeded = 5;
+  const WalkEnd& mine = ends[static_cast<std::size_t>(j)];
+  int agree = 0;
+  for (const int side : {-1, 1}) {
+    const WalkEnd* last = &mine;
+    for (std::ptrdiff_t k = j + side; std::abs(k - j) <= kAround; k += side) {
+      if (k < 0 || k >= static_cast<std::ptrdiff_t>(ends.size())) break;
+      const WalkEnd& e = ends[static_cast<std::size_t>(k)];
+      if (e.cause != BeamCause::kHole || !(e.beyond > 0)) continue;
+      const double room = 2.5 * std::max(e.beyond_footprint, last->beyond_footprint);
+      if (std::abs(e.beyond - last->beyond) > room) continue;
+      last = &e;
+      ++agree;
+    }
+  }
+  return agree >= kNeeded;
+}
+
+}  // namespace
+
 void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<WalkEnd>& ends) {
   constexpr std::ptrdiff_t kNeighbours = 4;
   constexpr int kNeeded = 4;
@@ -71,7 +118,8 @@ void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<
     end.footprint = std::max(end.footprint, 0.3 * (reach - end.range));
     end.range = reach;
     const double gap = end.beyond - reach;
-    if (reach < lost || gap <= 0) continue;
+    const bool lost_here = reach >= lost || (thins_out(raw, j, reach) && in_line(raw, j));
+    if (!lost_here || gap <= 0) continue;
     end.range = gap > 2 * options.max_faded_gap_m ? end.beyond : reach + 0.5 * gap;
     end.footprint = std::max(end.footprint, 0.3 * gap);
   }

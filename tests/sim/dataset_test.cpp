@@ -177,6 +177,14 @@ TEST(TruthGrid, StepsHaveTheirHeightsAndTheRobotStaysOffThem) {
   EXPECT_EQ(grid.reachable[at(8.0, 1.2)], 1);   // up the ramp
   EXPECT_EQ(grid.navigability[at(0, 0)], 1);
   EXPECT_NEAR(grid.navigability[at(4.8, -1.2)], 1 - 0.1 / 0.75, 1e-5);
+  // Both sides of a step of 3 cm are blocked, and nothing of one of 2 cm.
+  EXPECT_EQ(grid.navigability[at(2.02, -1.2)], 0);
+  EXPECT_EQ(grid.navigability[at(1.98, -1.2)], 0);
+  EXPECT_EQ(grid.navigability[at(1.88, -1.2)], 1);
+  EXPECT_GT(grid.navigability[at(2.02, 1.2)], 0.9);
+  EXPECT_EQ(grid.navigability[at(1.98, 1.2)], 1);
+  // A ramp the robot drives up is worth its slope, however high.
+  EXPECT_NEAR(grid.navigability[at(7.9, 1.2)], 1 - 0.8 * 5 / 45, 1e-5);
 }
 
 TEST(TruthGrid, HolesAndWallsAreNotNavigable) {
@@ -191,6 +199,8 @@ TEST(TruthGrid, HolesAndWallsAreNotNavigable) {
   EXPECT_EQ(grid.navigability[at(3, 0)], 0);
   EXPECT_EQ(grid.reachable[at(3, 0)], 0);
   EXPECT_EQ(grid.reachable[at(5, 0)], 1);
+  EXPECT_EQ(grid.navigability[at(1.98, 0)], 0) << "the rim";
+  EXPECT_EQ(grid.navigability[at(1.88, 0)], 1);
   const World loop = make_scene("corridor_loop");
   const Caster loop_caster(loop.scene);
   const TruthGrid corridor = grid_truth(loop, loop_caster, {});

@@ -108,6 +108,34 @@ TEST(Outliers, AStrayPixelIsTakenOutAndItsBlockHeals) {
   EXPECT_EQ(block.n, 63);
 }
 
+// A camera 0.3 m above the floor sees a quarter of a pixel of disparity a row: pixels that look
+// half a pixel aside read off by an eighth, twice the noise of their disparities.
+TEST(Outliers, SteepBlocksStayFlatThoughTheirPixelsLookAside) {
+  DepthFrame frame = draw({floor_piece()}, test_camera());
+  DisparityImage image;
+  fill_disparity(frame, image);
+  std::uint64_t state = 7;
+  for (int v = 0; v < image.height; ++v) {
+    for (int u = 0; u < image.width; ++u) {
+      state = state * 6364136223846793005ULL + 1442695040888963407ULL;
+      const float aside = (static_cast<float>(state >> 40) / 16777216.0F - 0.5F) * 1.7320508F;
+      image.d[static_cast<std::size_t>(v * image.width + u)] =
+          20 + 0.25F * (static_cast<float>(v) + aside);
+    }
+  }
+  const auto flat_blocks = [&](float lateral) {
+    Blocks b(frame);
+    fill_blocks(image, b.geometry, 8, b.blocks);
+    remove_outliers(image, b.geometry, 0.25F, 0.1F, 32, b.blocks, lateral);
+    int flat = 0;
+    for (const Block& block : b.blocks.blocks) flat += block.flat;
+    return flat;
+  };
+  const int all = 80 * 60;
+  EXPECT_LT(flat_blocks(0), all / 2);
+  EXPECT_GT(flat_blocks(0.5F), all * 99 / 100);
+}
+
 TEST(Outliers, DepthEdgesAreNotOutliers) {
   const DepthFrame frame =
       draw({floor_piece(), testing::square_piece(2, 0, 0.3, 0.3)}, test_camera());

@@ -47,6 +47,33 @@ TEST(ObstacleScanner, PitBeginsAtItsNearEdge) {
   }
 }
 
+// Close to a corner a beam crosses little of the pit and sees a centimetre of its side wall; the
+// rim is found by going on along it.
+TEST(ObstacleScanner, RimsAreFoundUpToThePitsCorners) {
+  constexpr double kNear = 1.5, kFar = 2.5, kSide = 0.4;
+  DepthFrame f = empty_frame(0.35, 0.4);
+  draw(f, [&](const Ray& o, const Ray& d) -> double {
+    const double z = level(o, d, 0);
+    const Eigen::Vector3d p = o + d * z;
+    if (z <= 0 || p.x() < kNear || p.x() > kFar || std::abs(p.y()) > kSide) return z;
+    const double side = d.y() != 0 ? (std::copysign(kSide, d.y()) - o.y()) / d.y() : 1e9;
+    return std::min({(kFar - o.x()) / d.x(), side, level(o, d, -0.5)});
+  });
+  const ObstacleScan s = scan_of(f);
+  int crossing = 0, reported = 0, beside = 0;
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    const double y = kNear * std::tan(s.angle(i)), range = std::hypot(kNear, y);
+    const bool here =
+        s.cause[i] == BeamCause::kHole && std::abs(static_cast<double>(s.range[i]) - range) < 0.05;
+    crossing += std::abs(y) < kSide;
+    reported += std::abs(y) < kSide && here;
+    beside += std::abs(y) > kSide + 0.03 && s.cause[i] == BeamCause::kHole;
+  }
+  ASSERT_GT(crossing, 100);
+  EXPECT_GE(reported, crossing - 2);
+  EXPECT_EQ(beside, 0);
+}
+
 TEST(ObstacleScanner, PitWithoutAnyReturnIsALedge) {
   DepthFrame f = empty_frame();
   draw_pit(f, 1.5, 2.5, 0);
