@@ -71,6 +71,21 @@ SE3 FrontEnd::dead_reckoned(Timestamp stamp) const {
   return moved ? T_start_body_ * moved->T_from_to : T_start_body_;
 }
 
+// No wheels at this instant: on as between the last two scans, the less sure the longer.
+Increment FrontEnd::coast(Timestamp stamp) const {
+  if (!last_step_ || !(scan_interval_ > 0)) {
+    return {T_start_body_.inverse() * dead_reckoned(stamp), still_covariance()};
+  }
+  constexpr double kSurest = 1e-4, kShare = 0.5, kAcceleration = 1, kTurning = 2;  // m, rad, s
+  const double dt = stamp - *last_step_;
+  const Vector6d moved = (dt / scan_interval_) * scan_step_.log();
+  const double along = kSurest + kShare * moved.head<3>().norm() + 0.5 * kAcceleration * dt * dt;
+  const double about = kSurest + kShare * moved.tail<3>().norm() + 0.5 * kTurning * dt * dt;
+  Vector6d variances;
+  variances << Eigen::Vector3d::Constant(along * along), Eigen::Vector3d::Constant(about * about);
+  return {SE3::exp(moved), variances.asDiagonal()};
+}
+
 // Wheels on a floor that no camera sees: a level scanner cannot tell height, roll and pitch, and
 // over thousands of steps even a small freedom in them is used up by wrong matches.
 Matrix6d FrontEnd::held_level(Matrix6d covariance) const {
@@ -116,6 +131,10 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& scan, io::Metrics& m
   step.motion = advance(T_start_body, held_level(motion.covariance), scan.stamp);
   step.motion_known = guess.has_value() || motion.status == ScanMotion::Status::kTracked;
   T_start_scan_body_ = T_start_body;
+  if (last_scan_) {
+    scan_interval_ = scan.stamp - *last_scan_;
+    scan_step_ = motion.T_prev_curr_body;
+  }
   last_scan_ = scan.stamp;
   wheels_.forget_before(scan.stamp);
   step.T_start_body = T_start_body;
@@ -135,6 +154,7 @@ Increment FrontEnd::move_by_depth(const DepthFrame& frame, const FloorResult& fl
   step.motion_known = motion.status != ScanMotion::Status::kPredicted;
   if (last_step_) return {motion.T_prev_curr_body, motion.covariance};
   if (!floor.floor_camera) return {SE3(), still_covariance()};
+  started_level_ = true;
   return {levelled_pose(T_body_camera * *floor.floor_camera), still_covariance()};
 }
 
@@ -160,10 +180,11 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
     moved = move_by_depth(frame, floor, step, metrics);
   } else if (!moved) {
     step.motion_known = !last_step_;
-    moved = Increment{T_start_body_.inverse() * dead_reckoned(frame.stamp), still_covariance()};
+    moved = coast(frame.stamp);
   }
   step.motion = advance(T_start_body_ * moved->T_from_to, moved->covariance, frame.stamp);
   step.T_start_body = T_start_body_;
+  step.observations.body_on_floor = wheels_.empty() ? started_level_ || last_scan_ : planar_;
   // What the floor front-end says in the frame levelled by this image's floor, in that of the body.
   step.T_body_levelled = step.observations.T_body_sensor * floor.T_body_camera.inverse();
   for (Surfel& surfel : step.observations.surfels_body) {

@@ -51,11 +51,13 @@ class FrontEnd {
                           io::Metrics& metrics);
   Increment advance(const SE3& T_start_body, const Matrix6d& covariance, Timestamp stamp);
   SE3 dead_reckoned(Timestamp stamp) const;
+  Increment coast(Timestamp stamp) const;
   Matrix6d held_level(Matrix6d covariance) const;
   bool out_of_order(Timestamp stamp);
 
-  bool planar_;              // the robot stands on a floor
-  bool depth_seen_ = false;  // and something sees that floor
+  bool planar_;                 // the robot stands on a floor
+  bool depth_seen_ = false;     // and something sees that floor
+  bool started_level_ = false;  // without wheels: the first image's floor gave the first pose
   WheelTrack wheels_;
   FloorFrontend floor_;
   ObstacleScanner obstacles_;
@@ -65,7 +67,9 @@ class FrontEnd {
   SE3 T_start_body_;  // the chain of increments handed out so far
   std::optional<Timestamp> last_step_;
   std::optional<Timestamp> last_scan_;
-  SE3 T_start_scan_body_;  // the chain at the last scan
+  SE3 T_start_scan_body_;     // the chain at the last scan
+  SE3 scan_step_;             // the last motion between two scans,
+  double scan_interval_ = 0;  // and the time between them, s
   std::map<std::string, std::int64_t> skipped_;
 };
 

@@ -155,9 +155,8 @@ Agreement agreeing_observations(const Graph& graph, double inlier_chi2) {
         if (groups.compared[i] > 0) ++result.conflicts;
       }
     }
-    const Eigen::Vector3d viewer =
-        graph.keyframes[sightings[largest].keyframe].T_map_body.translation();
-    const auto fit = evidence.fit_plane(viewer, 1.0);
+    // The side it was seen from is known: a body that stands on the plane could not tell.
+    const auto fit = evidence.fit_plane(evidence.mean() + plane.plane_anchor.normal(), 1.0);
     if (fit) result.planes_anchor[p] = fit->plane.about(plane.anchor_map);
   }
   return result;

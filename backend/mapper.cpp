@@ -246,7 +246,9 @@ void Mapper::gather(Step& step) {
   }
   for (auto& tentative : tentatives_) {
     if (tentative.landmark.observations < options_.min_observations) continue;
-    if (const auto id = promote(tentative)) step.result.new_planes.push_back(*id);
+    const auto id = promote(tentative);
+    if (id) step.result.new_planes.push_back(*id);
+    if (id && step.observations.body_on_floor) hold_first_floor(*id);
   }
   std::erase_if(tentatives_, [this](const Tentative& t) {
     const auto age = static_cast<std::int64_t>(keyframe_) - static_cast<std::int64_t>(t.last);

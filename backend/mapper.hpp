@@ -113,6 +113,7 @@ class Mapper {
   void add_to_plane(PlaneId id, const PlaneEvidence& evidence_keyframe, Timestamp stamp);
   void add_to_tentative(std::size_t index, const PlaneEvidence& evidence_keyframe, Timestamp stamp);
   void refit(Tentative& tentative) const;
+  void hold_first_floor(PlaneId id);
   std::optional<PlaneId> promote(Tentative& tentative);
   void ensure_in_window(PlaneId id);
   Moments factor_moments(const PlaneEvidence& evidence) const;
@@ -141,6 +142,7 @@ class Mapper {
   std::vector<Tentative> tentatives_;
   std::map<PlaneId, std::vector<OutlinePiece>> outlines_;
   std::set<PlaneId> partial_;              // seen by segments alone
+  PlaneId first_floor_ = PlaneId::kNone;   // held level under the first pose
   std::map<PlaneId, MergeRecord> merges_;  // by the plane that went
   SurfelEvidence surfels_;
   std::map<KeyframeId, std::vector<Eigen::Vector3d>> loose_body_;

@@ -131,6 +131,34 @@ std::optional<PlaneId> Mapper::promote(Tentative& t) {
   return id;
 }
 
+// The floor under the first pose, if `id` is that: frames of the program's contract say where.
+void Mapper::hold_first_floor(PlaneId id) {
+  constexpr double kMostTilt = 6 * kDegree, kMostHeight = 0.15, kMostDistance = 8;
+  if (first_floor_ != PlaneId::kNone) return;
+  const PlaneLandmark& plane = graph_.at(id);
+  const SE3& T = graph_.keyframes.front().T_map_body;
+  const Eigen::Vector3d up = T.so3() * Eigen::Vector3d::UnitZ();
+  const bool floor = plane.votes.floor > 0 && plane.votes.floor >= plane.votes.sub_dominant &&
+                     plane.votes.floor >= plane.votes.obstacle;
+  const Plane plane_map = plane.plane_map();
+  if (!floor || !(plane_map.normal().dot(up) > std::cos(kMostTilt)) ||
+      !(std::abs(plane_map.signed_distance(T.translation())) < kMostHeight) ||
+      !((plane.anchor_map - T.translation()).norm() < kMostDistance)) {
+    return;
+  }
+  const Plane level = Plane(up, up.dot(T.translation() - plane.anchor_map));
+  const double tilt = options_.first_floor_tilt_deg * kDegree;
+  const double height = options_.first_floor_height_m;
+  if (!window_.add_prior(id, level, tilt, height)) return;
+  first_floor_ = id;
+  MarginalPrior prior;
+  prior.planes = {id};
+  prior.planes_linear = {level};
+  prior.sqrt_information = Eigen::Vector3d(1 / tilt, 1 / tilt, 1 / height).asDiagonal();
+  prior.residual = Eigen::Vector3d::Zero();
+  graph_.marginal_priors.push_back(std::move(prior));
+}
+
 // ------------------------------------------------------------------------------ merging
 
 void Mapper::remember_merge(PlaneId from) {
@@ -181,6 +209,10 @@ void Mapper::absorb(PlaneId from, PlaneId into) {
   if (!partial_.count(from)) partial_.erase(into);
   partial_.erase(from);
   joint_.erase(from);
+  if (from == first_floor_) {
+    first_floor_ = PlaneId::kNone;
+    hold_first_floor(into);
+  }
 }
 
 std::vector<std::pair<PlaneId, PlaneId>> Mapper::merge_coplanar() {

@@ -91,7 +91,7 @@ RefineResult refine(Graph& graph, const RefineOptions& options,
 }
 
 void fit_planes_to_evidence(Graph& graph) {
-  std::vector<Moments> merged(graph.planes.size()), viewers(graph.planes.size());
+  std::vector<Moments> merged(graph.planes.size());
   for (const PlaneMomentsFactor& f : graph.plane_moments) {
     if (!(f.weight > 0)) continue;
     const PlaneLandmark& plane = graph.at(f.plane);
@@ -99,12 +99,12 @@ void fit_planes_to_evidence(Graph& graph) {
     const auto index = static_cast<std::size_t>(&plane - graph.planes.data());
     const SE3 T_anchor_body(T.so3(), T.translation() - plane.anchor_map);
     merged[index].merge(f.moments_body.scaled(f.weight).transformed(T_anchor_body));
-    viewers[index].add(T_anchor_body.translation());
   }
   for (std::size_t i = 0; i < merged.size(); ++i) {
     PlaneLandmark& plane = graph.planes[i];
     if (!plane.active || plane.fixed) continue;
-    const auto fit = merged[i].fit_plane(viewers[i].mean(), 1.0);
+    // The side it was seen from is known: a body that stands on the plane could not tell.
+    const auto fit = merged[i].fit_plane(merged[i].mean() + plane.plane_anchor.normal(), 1.0);
     // Determined to better than a radian: else lines of a scanner, or one spot, decided nothing.
     if (fit && fit->covariance.topLeftCorner<2, 2>().trace() < 0.1) {
       plane.set_plane_anchor(fit->plane);

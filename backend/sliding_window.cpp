@@ -93,9 +93,21 @@ void SlidingWindow::add_plane(PlaneId id, const Plane& plane_anchor,
 
 bool SlidingWindow::add_weak_prior(PlaneId id, double sigma_tilt, double sigma_rho) {
   const int plane = find(id);
-  if (plane < 0 || !(sigma_tilt > 0) || !(sigma_rho > 0)) return false;
+  if (plane < 0) return false;
+  const Chart& now = planes_[static_cast<std::size_t>(plane)].now;
+  return add_prior(id, Plane(now.normal, now.rho), sigma_tilt, sigma_rho);
+}
+
+bool SlidingWindow::add_prior(PlaneId id, const Plane& at, double sigma_tilt, double sigma_rho) {
+  if (!contains(id) || !(sigma_tilt > 0) || !(sigma_rho > 0)) return false;
   const Eigen::Vector3d inverse(1 / sigma_tilt, 1 / sigma_tilt, 1 / sigma_rho);
-  holds_.push_back({id, planes_[static_cast<std::size_t>(plane)].now, inverse.asDiagonal()});
+  // Its basis is turned as little as may be from the landmark's own: residuals compare the two.
+  const Chart& now = planes_[static_cast<std::size_t>(find(id))].now;
+  Chart chart{at.normal(), now.basis, at.rho()};
+  const Eigen::Vector3d b0 = now.basis.col(0);
+  chart.basis.col(0) = (b0 - b0.dot(chart.normal) * chart.normal).normalized();
+  chart.basis.col(1) = chart.normal.cross(Eigen::Vector3d(chart.basis.col(0)));
+  holds_.push_back({id, chart, inverse.asDiagonal()});
   solved_ = false;
   return true;
 }
@@ -161,19 +173,15 @@ bool SlidingWindow::set(const PlaneMomentsFactor& factor) {
   return add(factor);
 }
 
-bool SlidingWindow::merge_planes(PlaneId from, PlaneId into) {
-  const int a = find(from), b = find(into);
-  if (a < 0 || b < 0 || a == b) return false;
-  // What the prior knows of `from` goes with it: only direct sightings change hands.
-  for (auto& s : sightings_) {
-    if (s.plane == from) s.plane = into;
-  }
-  auto& kept = planes_[static_cast<std::size_t>(b)];
-  const auto& gone = planes_[static_cast<std::size_t>(a)];
-  kept.idle_since = std::max(kept.idle_since, gone.idle_since);
-  std::vector<bool> plane_gone(planes_.size(), false);
-  plane_gone[static_cast<std::size_t>(a)] = true;
-  eliminate(std::vector<bool>(poses_.size(), false), plane_gone);
+bool SlidingWindow::rename_plane(PlaneId from, PlaneId into) {
+  if (find(from) < 0 || find(into) >= 0) return false;
+  const auto rename = [from, into](PlaneId& id) {
+    if (id == from) id = into;
+  };
+  for (auto& plane : planes_) rename(plane.id);
+  for (auto& hold : holds_) rename(hold.id);
+  for (auto& sighting : sightings_) rename(sighting.plane);
+  for (auto& id : prior_.planes) rename(id);
   return true;
 }
 

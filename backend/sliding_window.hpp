@@ -79,6 +79,8 @@ class SlidingWindow {
   /// Information on a plane's tilt (rad) and distance (m), as 1-sigma about its present estimate:
   /// holds directions that no measurement sees.
   bool add_weak_prior(PlaneId id, double sigma_tilt, double sigma_rho);
+  /// The same about a plane known from elsewhere (map axes, origin at the landmark's anchor).
+  bool add_prior(PlaneId id, const Plane& plane_anchor, double sigma_tilt, double sigma_rho);
   bool add(const PriorFactor& factor);
   bool add(const OdometryFactor& factor);
   bool add(const LoopFactor& factor);

@@ -220,15 +220,19 @@ void SlidingWindow::move(const SE3& T) {
   for (auto& plane : prior_.planes_at) turn(plane);
 }
 
-bool SlidingWindow::rename_plane(PlaneId from, PlaneId into) {
-  if (find(from) < 0 || find(into) >= 0) return false;
-  const auto rename = [from, into](PlaneId& id) {
-    if (id == from) id = into;
-  };
-  for (auto& plane : planes_) rename(plane.id);
-  for (auto& hold : holds_) rename(hold.id);
-  for (auto& sighting : sightings_) rename(sighting.plane);
-  for (auto& id : prior_.planes) rename(id);
+bool SlidingWindow::merge_planes(PlaneId from, PlaneId into) {
+  const int a = find(from), b = find(into);
+  if (a < 0 || b < 0 || a == b) return false;
+  // What the prior knows of `from` goes with it: only direct sightings change hands.
+  for (auto& s : sightings_) {
+    if (s.plane == from) s.plane = into;
+  }
+  auto& kept = planes_[static_cast<std::size_t>(b)];
+  const auto& gone = planes_[static_cast<std::size_t>(a)];
+  kept.idle_since = std::max(kept.idle_since, gone.idle_since);
+  std::vector<bool> plane_gone(planes_.size(), false);
+  plane_gone[static_cast<std::size_t>(a)] = true;
+  eliminate(std::vector<bool>(poses_.size(), false), plane_gone);
   return true;
 }
 

@@ -177,7 +177,9 @@ Mesh parse_ply(const std::string& bytes, const std::string& name) {
         const double count = body.next(property.count_type);
         std::vector<std::int64_t> corners;
         for (double k = 0; k < count; ++k) {
-          corners.push_back(static_cast<std::int64_t>(body.next(property.type)));
+          // What is no index becomes one that no vertex has.
+          const double corner = body.next(property.type);
+          corners.push_back(std::abs(corner) < 1e15 ? static_cast<std::int64_t>(corner) : -1);
         }
         if (element.name == "face" &&
             (property.name == "vertex_indices" || property.name == "vertex_index")) {

@@ -309,6 +309,35 @@ TEST(Mapper, AWrongMergeIsTakenBack) {
   EXPECT_FALSE(mapper.undo_merge(PlaneId(999)));
 }
 
+// The first frame sees no floor and the odometry after it errs by a degree of pitch: nothing but
+// the floor that the body stands on says how the map lies.
+TEST(Mapper, AMapOfABodyOnTheFloorStaysLevel) {
+  Drive drive(40, 180, 15);
+  constexpr double kOff = 0.0175;
+  drive.increments[0] =
+      drive.increments[0] * SE3::exp((Vector6d() << 0, 0, 0, 0, kOff, 0).finished());
+  drive.covariance(3, 3) = drive.covariance(4, 4) = kOff * kOff;
+  const auto room = make_room();
+  for (const bool stands : {true, false}) {
+    Sensor sensor(16);
+    const Mapper mapper = run(drive, {}, [&](std::size_t i) {
+      Observations o = sensor.depth(drive.truth[i], at_frame(i), room);
+      if (i == 0) o.planes.clear();
+      o.body_on_floor = stands;
+      return o;
+    });
+    double tilt = 90;
+    for (const auto& plane : mapper.map().planes) {
+      tilt = std::min(tilt, angle_between(plane.plane_map, room[0].plane) * 180 / M_PI);
+    }
+    if (stands) {
+      EXPECT_LT(tilt, 0.15);
+    } else {
+      EXPECT_GT(tilt, 0.5);
+    }
+  }
+}
+
 TEST(MapperOptions, SaysWhatCannotBe) {
   EXPECT_TRUE(MapperOptions().problems().empty());
   MapperOptions options;

@@ -52,6 +52,20 @@ TEST(Refiner, MeetsTheTableOnBenchmarkFiles) {
   }
 }
 
+// A robot's origin lies in the floor: by noise a little above or below what it saw of it.
+TEST(Refiner, TheFloorUnderABodyKeepsItsSide) {
+  for (const double height : {-0.01, 0.0, 0.01}) {
+    Graph graph;
+    const KeyframeId body = graph.add_keyframe(Timestamp(), SE3::from_translation({0, 0, -height}));
+    const PlaneId floor = graph.add_plane(PlaneLandmark::at(Plane({0, 0, 1}, 0), {2, 0, 0}));
+    Moments moments;
+    for (int i = 0; i < 25; ++i) moments.add({1 + 0.5 * (i % 5), 0.5 * (i / 5) - 1, height}, 1e4);
+    graph.plane_moments.push_back({body, floor, moments, ExtrinsicsId::kNone, 1.0});
+    fit_planes_to_evidence(graph);
+    EXPECT_GT(graph.at(floor).plane_anchor.normal().z(), 0.999) << height;
+  }
+}
+
 TEST(Refiner, SameResultFarFromTheOrigin) {
   PlaneGraph problem = make_rooms({});
   const PlaneGraphResult near = solve_plane_graph(problem);

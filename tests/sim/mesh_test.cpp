@@ -77,6 +77,11 @@ TEST(MeshFile, ErrorsNameThePlace) {
   EXPECT_THAT(message_of(std::string(kAscii, std::strlen(kAscii) - 6)),
               ::testing::HasSubstr("end of the file"));
   EXPECT_THROW(parse_obj("v 0 0\n", "x.obj"), Error);
+  // Found by fuzz_mesh: an index beyond any integer.
+  EXPECT_THROW(parse_ply("ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int "
+                         "vertex_indices\nend_header\n3 0 1 1e86\n",
+                         "x.ply"),
+               Error);
   EXPECT_THROW(parse_obj("v 0 0 0\nf 1 1 2\n", "x.obj"), Error);
   EXPECT_THROW(read_mesh("/nowhere/x.ply"), Error);
 }
