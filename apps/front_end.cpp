@@ -71,6 +71,16 @@ SE3 FrontEnd::dead_reckoned(Timestamp stamp) const {
   return moved ? T_start_body_ * moved->T_from_to : T_start_body_;
 }
 
+// A body on wheels stands on it; one whose scanner is all that tells its motion is taken to move
+// level, too. A single image that gave the first pose is not good enough.
+std::optional<Plane> FrontEnd::first_floor_map() {
+  if (!first_floor_map_ && first_step_ && (wheels_.empty() ? last_scan_.has_value() : planar_)) {
+    const Eigen::Vector3d up = first_step_->so3() * Eigen::Vector3d::UnitZ();
+    first_floor_map_ = Plane(up, up.dot(first_step_->translation()));
+  }
+  return first_floor_map_;
+}
+
 // No wheels at this instant: on as between the last two scans, the less sure the longer.
 Increment FrontEnd::coast(Timestamp stamp) const {
   if (!last_step_ || !(scan_interval_ > 0)) {
@@ -103,6 +113,7 @@ Matrix6d FrontEnd::held_level(Matrix6d covariance) const {
 Increment FrontEnd::advance(const SE3& T_start_body, const Matrix6d& covariance, Timestamp stamp) {
   const Increment increment{T_start_body_.inverse() * T_start_body, covariance};
   T_start_body_ = T_start_body;
+  if (!first_step_) first_step_ = T_start_body;
   last_step_ = stamp;
   return increment;
 }
@@ -154,7 +165,7 @@ Increment FrontEnd::move_by_depth(const DepthFrame& frame, const FloorResult& fl
   step.motion_known = motion.status != ScanMotion::Status::kPredicted;
   if (last_step_) return {motion.T_prev_curr_body, motion.covariance};
   if (!floor.floor_camera) return {SE3(), still_covariance()};
-  started_level_ = true;
+  levelled_by_image_ = true;
   return {levelled_pose(T_body_camera * *floor.floor_camera), still_covariance()};
 }
 
@@ -184,7 +195,7 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
   }
   step.motion = advance(T_start_body_ * moved->T_from_to, moved->covariance, frame.stamp);
   step.T_start_body = T_start_body_;
-  step.observations.body_on_floor = wheels_.empty() ? started_level_ || last_scan_ : planar_;
+  step.observations.first_floor_map = first_floor_map();
   // What the floor front-end says in the frame levelled by this image's floor, in that of the body.
   step.T_body_levelled = step.observations.T_body_sensor * floor.T_body_camera.inverse();
   for (Surfel& surfel : step.observations.surfels_body) {

@@ -39,6 +39,9 @@ class FrontEnd {
   /// nullopt for measurements that make no step of their own (odometry, accelerometer) or that
   /// could not be used (counted in skipped()). Stage times go to `metrics`.
   std::optional<Step> process(const Measurement& measurement, io::Metrics& metrics);
+  /// True where the floor of the first image gave the first pose: the map's level is as good as
+  /// that image's, and the refined floor knows better.
+  bool levelled_by_image() const { return levelled_by_image_; }
   /// Measurements that were left out, by reason.
   std::map<std::string, std::int64_t> skipped() const;
 
@@ -52,12 +55,15 @@ class FrontEnd {
   Increment advance(const SE3& T_start_body, const Matrix6d& covariance, Timestamp stamp);
   SE3 dead_reckoned(Timestamp stamp) const;
   Increment coast(Timestamp stamp) const;
+  std::optional<Plane> first_floor_map();
   Matrix6d held_level(Matrix6d covariance) const;
   bool out_of_order(Timestamp stamp);
 
-  bool planar_;                 // the robot stands on a floor
-  bool depth_seen_ = false;     // and something sees that floor
-  bool started_level_ = false;  // without wheels: the first image's floor gave the first pose
+  bool planar_;                           // the robot stands on a floor
+  bool depth_seen_ = false;               // and something sees that floor
+  std::optional<SE3> first_step_;         // T_map_body
+  std::optional<Plane> first_floor_map_;  // under it, where that is known
+  bool levelled_by_image_ = false;
   WheelTrack wheels_;
   FloorFrontend floor_;
   ObstacleScanner obstacles_;

@@ -78,6 +78,23 @@ void for_each_step(Recording& recording, FrontEnd& front_end, MapOutput& output,
   output.metrics.stages["decode"] = reader.decode_times();
 }
 
+// Where an image's floor gave the first pose, the map's floor takes its place: it becomes z = 0,
+// the first pose's origin is above (0, 0), its heading along x.
+void level(Mapper& mapper) {
+  const PlanarMap map = mapper.map();
+  const MapPlane* floor = nullptr;
+  for (const MapPlane& plane : map.planes) {
+    if (plane.label == PlaneLabel::kFloor && (!floor || plane.area > floor->area)) floor = &plane;
+  }
+  if (!floor || map.trajectory.empty()) return;
+  const SO3 up(
+      Eigen::Quaterniond::FromTwoVectors(floor->plane_map.normal(), Eigen::Vector3d::UnitZ()));
+  const SE3& first = map.trajectory[0].pose;
+  const SO3 R = SO3::rot_z(-(up * first.so3()).yaw()) * up;
+  const Eigen::Vector3d origin = R * first.translation();
+  mapper.move(SE3(R, {-origin.x(), -origin.y(), -floor->plane_map.rho()}));
+}
+
 std::int64_t plane_count(const Mapper& mapper) {
   return static_cast<std::int64_t>(mapper.graph().planes.size());
 }
@@ -115,6 +132,7 @@ Mapper map_offline(Recording& recording, FrontEnd& front_end, const Settings& se
   for (const Step& step : steps) map_step(step, mapper, book, output);
   output.metrics.counts["scan_loops"] = book.hand_over(loops, mapper);
   refine(mapper, output);
+  if (front_end.levelled_by_image()) level(mapper);
   return mapper;
 }
 

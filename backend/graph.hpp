@@ -263,6 +263,10 @@ struct Graph {
   /// inactive. The outline's cells are re-expressed in the frame of `into`.
   void merge_planes(PlaneId from, PlaneId into);
 
+  /// The same graph in another map frame: poses, planes, priors and covariances move as one body.
+  /// Gravity factors know where up is: none may be there (std::logic_error).
+  void move(const SE3& T_new_map);
+
   std::size_t factor_count() const;
   /// One line for every broken reference, non-finite number or unsorted id; empty: sound.
   std::vector<std::string> problems() const;

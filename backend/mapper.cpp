@@ -226,6 +226,7 @@ void Mapper::start_keyframe(Step& step) {
 void Mapper::gather(Step& step) {
   odometry_ = step.odometry;
   estimate_ = step.estimate;
+  first_floor_map_ = step.observations.first_floor_map;
   const SE3& T = odometry_.T_keyframe_body;
   const Timestamp stamp = step.observations.stamp;
   for (std::size_t i = 0; i < step.evidence.size(); ++i) {
@@ -246,9 +247,7 @@ void Mapper::gather(Step& step) {
   }
   for (auto& tentative : tentatives_) {
     if (tentative.landmark.observations < options_.min_observations) continue;
-    const auto id = promote(tentative);
-    if (id) step.result.new_planes.push_back(*id);
-    if (id && step.observations.body_on_floor) hold_first_floor(*id);
+    if (const auto id = promote(tentative)) step.result.new_planes.push_back(*id);
   }
   std::erase_if(tentatives_, [this](const Tentative& t) {
     const auto age = static_cast<std::int64_t>(keyframe_) - static_cast<std::int64_t>(t.last);

@@ -62,6 +62,9 @@ class Mapper {
   RefineResult refine(const RefineOptions& options = {},
                       const std::function<bool(const RefineProgress&)>& progress = {});
 
+  /// Everything in another map frame, as one body.
+  void move(const SE3& T_new_map);
+
   /// Takes a merge back: `from` is a plane of its own again with the evidence it had. False when it
   /// was not merged. What the window's prior has taken in stays with the other plane.
   bool undo_merge(PlaneId from);
@@ -123,6 +126,7 @@ class Mapper {
   void remember_merge(PlaneId from);
   void absorb(PlaneId from, PlaneId into);
   void retire(KeyframeId id);
+  void remake_outlines();
   MapPlane map_plane(const PlaneLandmark& plane) const;
 
   MapperOptions options_;
@@ -142,7 +146,8 @@ class Mapper {
   std::vector<Tentative> tentatives_;
   std::map<PlaneId, std::vector<OutlinePiece>> outlines_;
   std::set<PlaneId> partial_;              // seen by segments alone
-  PlaneId first_floor_ = PlaneId::kNone;   // held level under the first pose
+  PlaneId first_floor_ = PlaneId::kNone;   // held where the frames say,
+  std::optional<Plane> first_floor_map_;   // which is here
   std::map<PlaneId, MergeRecord> merges_;  // by the plane that went
   SurfelEvidence surfels_;
   std::map<KeyframeId, std::vector<Eigen::Vector3d>> loose_body_;

@@ -94,6 +94,22 @@ bool Mapper::add_loop(KeyframeId from, KeyframeId to, const SE3& T_from_to,
   return true;
 }
 
+// Every outline, and the index of planes by place, from what the keyframes saw, where they are now.
+void Mapper::remake_outlines() {
+  index_.clear();
+  for (auto& plane : graph_.planes) {
+    if (!plane.active) continue;
+    remake_outline(plane, outlines_[plane.id], graph_, options_.outline_cell_m);
+    for (const auto& piece : outlines_[plane.id]) {
+      const Keyframe* keyframe = graph_.find(piece.keyframe);
+      if (!keyframe) continue;
+      std::vector<Eigen::Vector3d> points;
+      for (const auto& p : piece.points_body) points.push_back(keyframe->T_map_body * p);
+      index_.insert(plane.id, sample_outline(points, index_.cell()));
+    }
+  }
+}
+
 RefineResult Mapper::refine(const RefineOptions& options,
                             const std::function<bool(const RefineProgress&)>& progress) {
   const SE3 before = keyframe_ == KeyframeId::kNone ? SE3() : graph_.at(keyframe_).T_map_body;
@@ -117,18 +133,7 @@ RefineResult Mapper::refine(const RefineOptions& options,
     result.iterations += first.iterations;
     result.solve_s += first.solve_s;
   }
-  index_.clear();
-  for (auto& plane : graph_.planes) {
-    if (!plane.active) continue;
-    remake_outline(plane, outlines_[plane.id], graph_, options_.outline_cell_m);
-    for (const auto& piece : outlines_[plane.id]) {
-      const Keyframe* keyframe = graph_.find(piece.keyframe);
-      if (!keyframe) continue;
-      std::vector<Eigen::Vector3d> points;
-      for (const auto& p : piece.points_body) points.push_back(keyframe->T_map_body * p);
-      index_.insert(plane.id, sample_outline(points, index_.cell()));
-    }
-  }
+  remake_outlines();
   if (keyframe_ == KeyframeId::kNone) return result;
   // The window follows as one body: its prior says nothing about where it is, only how it hangs
   // together.
@@ -136,6 +141,30 @@ RefineResult Mapper::refine(const RefineOptions& options,
   for (const PlaneId id : window_.planes()) window_.set_anchor(id, graph_.at(id).anchor_map);
   for (auto& tentative : tentatives_) refit(tentative);
   return result;
+}
+
+void Mapper::move(const SE3& T_new_map) {
+  for (auto& [id, joint] : joint_) {
+    // Pose errors are the body's own: they stay. Those of the plane turn with its tangent.
+    const Eigen::Vector3d old = graph_.at(id).plane_anchor.normal();
+    const Matrix32d B_new = Plane::tangent_basis(T_new_map.so3() * old);
+    Eigen::Matrix<double, 9, 9> M = Eigen::Matrix<double, 9, 9>::Identity();
+    M.block<2, 2>(6, 6) =
+        B_new.transpose() * (T_new_map.so3().matrix() * Plane::tangent_basis(old));
+    joint = (M * joint * M.transpose()).eval();
+  }
+  graph_.move(T_new_map);
+  for (auto& [id, T_map_body] : left_window_) T_map_body = T_new_map * T_map_body;
+  for (auto& [id, record] : merges_) {
+    Graph one;
+    one.planes.push_back(record.landmark);
+    one.move(T_new_map);
+    record.landmark = one.planes.front();
+  }
+  if (first_floor_map_) first_floor_map_ = T_new_map * *first_floor_map_;
+  window_.move(T_new_map);
+  remake_outlines();
+  for (auto& tentative : tentatives_) refit(tentative);
 }
 
 // A keyframe beyond the window that an older one can stand in for goes: its planes are seen from

@@ -45,9 +45,8 @@ struct MapperOptions {
   /// gates and their outlines are near.
   bool merge_planes = true;
 
-  /// A body that stands on the floor it sees (Observations::body_on_floor): that plane goes through
-  /// the first pose's origin, square to its z, to within this much. Keeps the map level where small
-  /// errors of mounting would tilt it bit by bit.
+  /// The first floor lies where Observations::first_floor_map says to within this much: keeps the
+  /// map level where small errors of mounting would tilt it bit by bit.
   double first_floor_tilt_deg = 0.1;
   double first_floor_height_m = 0.005;
 

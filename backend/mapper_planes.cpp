@@ -128,25 +128,25 @@ std::optional<PlaneId> Mapper::promote(Tentative& t) {
   prior.residual = Eigen::Vector3d::Zero();
   graph_.marginal_priors.push_back(std::move(prior));
   t.evidence.clear();
+  hold_first_floor(id);
   return id;
 }
 
 // The floor under the first pose, if `id` is that: frames of the program's contract say where.
 void Mapper::hold_first_floor(PlaneId id) {
   constexpr double kMostTilt = 6 * kDegree, kMostHeight = 0.15, kMostDistance = 8;
-  if (first_floor_ != PlaneId::kNone) return;
+  if (first_floor_ != PlaneId::kNone || !first_floor_map_) return;
   const PlaneLandmark& plane = graph_.at(id);
-  const SE3& T = graph_.keyframes.front().T_map_body;
-  const Eigen::Vector3d up = T.so3() * Eigen::Vector3d::UnitZ();
   const bool floor = plane.votes.floor > 0 && plane.votes.floor >= plane.votes.sub_dominant &&
                      plane.votes.floor >= plane.votes.obstacle;
   const Plane plane_map = plane.plane_map();
-  if (!floor || !(plane_map.normal().dot(up) > std::cos(kMostTilt)) ||
-      !(std::abs(plane_map.signed_distance(T.translation())) < kMostHeight) ||
-      !((plane.anchor_map - T.translation()).norm() < kMostDistance)) {
+  const Eigen::Vector3d start = graph_.keyframes.front().T_map_body.translation();
+  if (!floor || !(angle_between(plane_map, *first_floor_map_) < kMostTilt) ||
+      !(std::abs(plane_map.rho_at(first_floor_map_->project(start))) < kMostHeight) ||
+      !((plane.anchor_map - start).norm() < kMostDistance)) {
     return;
   }
-  const Plane level = Plane(up, up.dot(T.translation() - plane.anchor_map));
+  const Plane level = first_floor_map_->about(plane.anchor_map);
   const double tilt = options_.first_floor_tilt_deg * kDegree;
   const double height = options_.first_floor_height_m;
   if (!window_.add_prior(id, level, tilt, height)) return;

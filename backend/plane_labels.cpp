@@ -19,28 +19,29 @@ double tilt_sigma(const MapPlane& plane) {
   return std::sqrt(std::clamp(variance, 0.0, 1.0));
 }
 
-// Median of how far the path is above the plane, where it passes near the plane's middle.
-bool under_path(const MapPlane& plane, const Trajectory& path, const LabelOptions& options) {
-  if (path.empty()) return true;
+// How near the path comes to the plane.
+double path_distance(const MapPlane& plane, const Trajectory& path) {
   double nearest = std::numeric_limits<double>::infinity();
   for (const auto& pose : path) {
     nearest = std::min(nearest, std::abs(plane.plane_map.signed_distance(pose.pose.translation())));
   }
-  return nearest <= options.body_height_m;
+  return nearest;
 }
 
 struct Floor {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   const MapPlane* plane = nullptr;
+  double reach = 0;  // m, a floor lies at most this far from the path
+  double area = 0;   // m^2 of its level
 };
 
 Floor dominant_floor(const std::vector<MapPlane>& planes, const Trajectory& path,
-                     const LabelOptions& options) {
+                     const LabelOptions& options, double reach) {
   Floor floor;
-  double best = 0;
+  floor.reach = reach;
   for (const auto& plane : planes) {
     if (tilt_from(Eigen::Vector3d::UnitZ(), plane.plane_map.normal()) > 2 * kLevelFloor) continue;
-    if (!under_path(plane, path, options)) continue;
+    if (!path.empty() && path_distance(plane, path) > reach) continue;
     double area = 0;
     for (const auto& other : planes) {
       const bool same =
@@ -51,8 +52,8 @@ Floor dominant_floor(const std::vector<MapPlane>& planes, const Trajectory& path
     }
     // The level's largest plane stands for it.
     area += 1e-3 * plane.area;
-    if (area > best) {
-      best = area;
+    if (area > floor.area) {
+      floor.area = area;
       floor.plane = &plane;
     }
   }
@@ -74,7 +75,7 @@ PlaneLabel label_of(const MapPlane& plane, const Floor& floor, const Trajectory&
     const double off = floor.plane->plane_map.signed_distance(plane.centroid_map);
     if (&plane == floor.plane || std::abs(off) <= options.same_level_m) return PlaneLabel::kFloor;
     if (plane.area >= options.floor_area_m2 && !path.empty() &&
-        std::abs(off) > options.max_step_m && under_path(plane, path, options)) {
+        std::abs(off) > options.max_step_m && path_distance(plane, path) <= floor.reach) {
       return PlaneLabel::kFloor;
     }
     return std::abs(off) <= options.max_step_m ? PlaneLabel::kStep : PlaneLabel::kOther;
@@ -104,7 +105,11 @@ std::vector<std::string> LabelOptions::problems() const {
 
 void label_planes(std::vector<MapPlane>& planes, const Trajectory& path,
                   const LabelOptions& options) {
-  const Floor floor = dominant_floor(planes, path, options);
+  Floor floor = dominant_floor(planes, path, options, options.body_height_m);
+  // Shelves at a carried camera's own height are no floor: what it is carried over is larger.
+  constexpr double kMuchLarger = 4;
+  const Floor below = dominant_floor(planes, path, options, options.carried_height_m);
+  if (below.area > kMuchLarger * floor.area) floor = below;
   std::vector<PlaneLabel> labels;
   for (const auto& plane : planes) labels.push_back(label_of(plane, floor, path, options));
   for (std::size_t i = 0; i < planes.size(); ++i) planes[i].label = labels[i];

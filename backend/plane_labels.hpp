@@ -20,6 +20,8 @@ struct LabelOptions {
   /// Horizontal, of at least this area and stood over by the robot: a floor of its own.
   double floor_area_m2 = 2;
   double body_height_m = 0.3;  ///< a floor lies at most this far above or below the path
+  /// Where nothing does: the body is a camera carried over the floor, at most so high.
+  double carried_height_m = 2.2;
 
   std::vector<std::string> problems() const;
 };

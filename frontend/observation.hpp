@@ -49,9 +49,9 @@ struct Observations {
   Timestamp stamp;
   SensorKind sensor = SensorKind::kLidar;
   SE3 T_body_sensor;  ///< as calibrated, corrected by self-calibration where there was any
-  /// The body's origin stands on the floor that the sensor sees, its z square to it: wheels on a
-  /// floor, or a body whose first pose was taken from that floor.
-  bool body_on_floor = false;
+  /// Where the floor under the first pose lies in the map, as far as that is known: through the
+  /// origin of a robot on wheels.
+  std::optional<Plane> first_floor_map;
   std::vector<PlaneObservation> planes;
   std::vector<SegmentObservation> segments;
   std::vector<FloorPatch> floor_patches;

@@ -200,6 +200,13 @@ TEST(Labels, ByTiltHeightAndPath) {
       PlaneLabel::kFloor,   PlaneLabel::kStep, PlaneLabel::kOther, PlaneLabel::kWall,
       PlaneLabel::kCeiling, PlaneLabel::kRamp, PlaneLabel::kOther, PlaneLabel::kFloor};
   for (std::size_t i = 0; i < planes.size(); ++i) EXPECT_EQ(planes[i].label, expected[i]) << i;
+  // A camera carried at 1.3 m: what it is carried over is the floor all the same.
+  Trajectory carried;
+  carried.add(Timestamp::from_nanoseconds(1), SE3::from_translation({0, 0, 1.3}));
+  planes.push_back(map_plane(8, Plane({0, 0, 1}, 1.2), {2, 0, 1.2}, 0.3));  // a shelf
+  label_planes(planes, carried, {});
+  EXPECT_EQ(planes[0].label, PlaneLabel::kFloor);
+  EXPECT_EQ(planes[1].label, PlaneLabel::kStep);
   std::vector<MapPlane> none;
   label_planes(none, path, {});
   EXPECT_TRUE(none.empty());

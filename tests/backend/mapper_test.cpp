@@ -323,7 +323,7 @@ TEST(Mapper, AMapOfABodyOnTheFloorStaysLevel) {
     const Mapper mapper = run(drive, {}, [&](std::size_t i) {
       Observations o = sensor.depth(drive.truth[i], at_frame(i), room);
       if (i == 0) o.planes.clear();
-      o.body_on_floor = stands;
+      if (stands) o.first_floor_map = room[0].plane;
       return o;
     });
     double tilt = 90;
@@ -335,6 +335,33 @@ TEST(Mapper, AMapOfABodyOnTheFloorStaysLevel) {
     } else {
       EXPECT_GT(tilt, 0.5);
     }
+  }
+}
+
+// In another frame it is the same map: moved back, and refined there, nothing has changed.
+TEST(Mapper, MovesAsOneBody) {
+  const Drive drive(120, 180, 17);
+  const auto room = make_room();
+  Sensor sensor(18);
+  Mapper mapper = run(
+      drive, {}, [&](std::size_t i) { return sensor.depth(drive.truth[i], at_frame(i), room); });
+  mapper.refine();
+  const PlanarMap before = mapper.map();
+  const SE3 T(SO3::exp({0.4, -0.3, 2}), {40, -30, 5});
+  mapper.move(T);
+  mapper.refine();
+  const PlanarMap after = mapper.map();
+  ASSERT_EQ(after.planes.size(), before.planes.size());
+  for (std::size_t i = 0; i < before.trajectory.size(); i += 20) {
+    const SE3 off = (T * before.trajectory[i].pose).inverse() * after.trajectory[i].pose;
+    EXPECT_LT(off.log().norm(), 1e-4);
+  }
+  for (std::size_t i = 0; i < before.planes.size(); ++i) {
+    const Plane moved = T * before.planes[i].plane_map;
+    EXPECT_LT(angle_between(moved, after.planes[i].plane_map), 1e-4);
+    EXPECT_NEAR(after.planes[i].covariance.trace(), before.planes[i].covariance.trace(),
+                0.05 * before.planes[i].covariance.trace());
+    EXPECT_NEAR(after.planes[i].area, before.planes[i].area, 0.1 * before.planes[i].area + 0.1);
   }
 }
 
