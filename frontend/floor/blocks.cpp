@@ -194,13 +194,16 @@ double noise_scale(const BlockImage& blocks, double disparity_sigma) {
   std::vector<float> variances;
   variances.reserve(blocks.blocks.size());
   const float full = 0.9F * static_cast<float>(blocks.size * blocks.size);
+  const float model = static_cast<float>(disparity_sigma * disparity_sigma);
   for (const Block& block : blocks.blocks) {
-    if (block.n >= full) variances.push_back(block.sse / (block.n - 3));
+    if (block.n < full) continue;
+    const float jitter = std::min(6 * model, jitter_variance(block.a, block.b));
+    variances.push_back(block.sse / ((block.n - 3) * (model + jitter)));
   }
   if (variances.size() < 20 || !(disparity_sigma > 0)) return 1.0;
   const auto at = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 4);
   std::nth_element(variances.begin(), at, variances.end());
-  return std::clamp(std::sqrt(static_cast<double>(*at)) / disparity_sigma, 1.0, 4.0);
+  return std::clamp(std::sqrt(static_cast<double>(*at)), 1.0, 4.0);
 }
 
 double shared_variance(const BlockImage& blocks, double variance_of_mean, double model) {
@@ -246,12 +249,13 @@ bool is_outlier(const DisparityImage& image, int u, int v, float tolerance) {
 }
 
 void remove_outliers(const DisparityImage& image, const DisparityGeometry& g, float tolerance,
-                     float flat_sigma, float min_pixels, BlockImage& blocks, float lateral_sigma) {
-  const float limit = flat_sigma * flat_sigma;
-  const float aside = 2.25F * lateral_sigma * lateral_sigma;  // 1.5 sigmas of a mean over a block
+                     float sigma, float min_pixels, BlockImage& blocks) {
+  constexpr float kLoose = 1.8F * 1.8F;
+  const float limit = kLoose * sigma * sigma;
   const auto is_flat = [&](const Block& b) {
-    const float slope = b.a * b.a + b.b * b.b;
-    return b.n >= min_pixels && b.n > 3 && b.sse <= (limit + aside * slope) * (b.n - 3);
+    // A step between two surfaces looks steep too: more than slopes of floors is not allowed for.
+    const float jitter = std::min(6 * sigma * sigma, jitter_variance(b.a, b.b));
+    return b.n >= min_pixels && b.n > 3 && b.sse <= (limit + kLoose * jitter) * (b.n - 3);
   };
   const auto keep = [&](int u, int v) { return !is_outlier(image, u, v, tolerance); };
   std::size_t i = 0;

@@ -24,6 +24,10 @@ struct DisparityImage {
 /// width * height, or whose geometry is senseless, gives an image without measurements.
 void fill_disparity(const DepthFrame& frame, DisparityImage& image);
 
+/// Sensors look up to half a pixel beside a pixel [Barron2013]: on a plane of slope (a, b) that
+/// adds this much variance (px^2) to every pixel of its own.
+inline float jitter_variance(float a, float b) { return 0.25F * (a * a + b * b); }
+
 /// A block: count, means, its own plane and what is left over. (u, v) from the principal point.
 struct Block {
   float n = 0;                      ///< pixels
@@ -55,8 +59,8 @@ struct BlockImage {
 void fill_blocks(const DisparityImage& image, const DisparityGeometry& g, int size,
                  BlockImage& blocks);
 
-/// How much noisier the frame is than its model says: from the quieter blocks' residuals, never
-/// below 1 (neighbours are alike, so blocks understate noise) nor above 4.
+/// How much noisier the frame is than its model says: from the quieter blocks' residuals, less the
+/// jitter of slopes; never below 1 (neighbours are alike, so blocks understate noise) nor above 4.
 double noise_scale(const BlockImage& blocks, double disparity_sigma);
 
 /// Variance (px^2) of what whole patches share, as the frame shows it: second differences of block
@@ -72,11 +76,9 @@ double shared_variance(const BlockImage& blocks, double variance_of_mean, double
 bool is_outlier(const DisparityImage& image, int u, int v, float tolerance);
 
 /// Takes outliers out of the blocks that are not flat with them, and marks which blocks are flat:
-/// rms below `flat_sigma` px and at least `min_pixels`. A pixel that looks `lateral_sigma` px aside
-/// (1-sigma a pixel and axis, [Barron2013]) reads off by that times the block's slope: a floor just
-/// below a low camera, a quarter of a pixel of disparity a row, is flat all the same.
+/// at least `min_pixels`, and rms below 1.8 `sigma` (px, of one pixel), the jitter of a slope
+/// added.
 void remove_outliers(const DisparityImage& image, const DisparityGeometry& g, float tolerance,
-                     float flat_sigma, float min_pixels, BlockImage& blocks,
-                     float lateral_sigma = 0);
+                     float sigma, float min_pixels, BlockImage& blocks);
 
 }  // namespace lamina

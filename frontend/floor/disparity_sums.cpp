@@ -64,6 +64,21 @@ DisparitySums& DisparitySums::operator-=(const DisparitySums& o) {
   return *this;
 }
 
+DisparitySums DisparitySums::shifted(double su, double sv, double sd) const {
+  DisparitySums s;
+  s.n = n;
+  s.u = u + n * su;
+  s.v = v + n * sv;
+  s.d = d + n * sd;
+  s.uu = uu + 2 * su * u + n * su * su;
+  s.uv = uv + su * v + sv * u + n * su * sv;
+  s.vv = vv + 2 * sv * v + n * sv * sv;
+  s.ud = ud + su * d + sd * u + n * su * sd;
+  s.vd = vd + sv * d + sd * v + n * sv * sd;
+  s.dd = dd + 2 * sd * d + n * sd * sd;
+  return s;
+}
+
 std::optional<DisparityPlane> DisparitySums::fit() const {
   if (n < 3) return std::nullopt;
   const double mu = u / n, mv = v / n, md = d / n;

@@ -38,6 +38,8 @@ struct DisparitySums {
   DisparitySums& operator+=(const DisparitySums& o);
   DisparitySums& operator-=(const DisparitySums& o);
 
+  /// The same pixels, measured from a place that lies (u, v, d) before the present origin.
+  DisparitySums shifted(double du, double dv, double dd) const;
   /// Least squares; nullopt for fewer than three pixels or pixels (almost) on a line.
   std::optional<DisparityPlane> fit() const;
   /// Sum of squared residuals (px^2), not below 0.

@@ -1,7 +1,9 @@
 // Patches of pixels onto ground cells.
 #include <lamina/frontend/floor/ground_cells.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace lamina {
 namespace {
@@ -10,13 +12,11 @@ constexpr int kPatchU = 8, kPatchV = 2;
 constexpr float kPatchPixels = kPatchU * kPatchV;
 // Patches further than this from their floor are not floor; the test of low obstacles ends here.
 constexpr float kBand = 0.1F;
+// Planes flatter than this (rad) are tops of things; rims are looked for above this height (m).
+constexpr double kLevel = 0.7;
+constexpr float kRim = 0.05F;
 // From here on a large plane is another level or a ramp (rad, m).
 constexpr double kOwnSlope = 0.026, kOwnHeight = 0.04;
-
-struct Rigid {
-  Eigen::Matrix3f R;
-  Eigen::Vector3f t;
-};
 
 struct PatchMean {
   float d = 0;
@@ -44,20 +44,167 @@ PatchMean mean_of(const float* upper, const float* lower, float limit) {
   return {shift + mean, q / kPatchPixels - mean * mean <= limit};
 }
 
-// Height a patch proves: that of its plane where it has a level one, else its own less a sigma,
-// because the highest of several noisy patches is too high.
-float top_of(float height, std::size_t mark, float rx, float ry, float z, const Rigid& T,
-             const std::vector<Eigen::Vector3f>& inverse_depth, float per_px) {
-  const Eigen::Vector3f ray(rx, ry, 1);
-  const float fall = T.R.row(2).dot(ray);
-  if (mark > 0) {
-    const float inverse = inverse_depth[mark].dot(ray);
-    if (inverse > 1e-3F) return fall / inverse + T.t.z();
-  }
-  return height - per_px * z * z * std::abs(fall);
-}
-
 }  // namespace
+
+// What a walk over the patches needs beside the pixels; rays are (x / z, y / z, 1).
+class PatchWalk {
+ public:
+  PatchWalk(const PlaneExtractor& extractor, const FloorResult& result, const FloorOptions& options,
+            std::span<const int> reference, std::vector<GroundSums>& sums)
+      : image_(extractor.image()),
+        result_(result),
+        reference_(reference),
+        sums_(sums),
+        R_(result.T_body_camera.so3().matrix().cast<float>()),
+        t_(result.T_body_camera.translation().cast<float>()),
+        origin_(result.surface.origin().cast<float>()),
+        nx_(result.surface.nx()),
+        ny_(result.surface.ny()),
+        inverse_cell_(static_cast<float>(1 / options.cell_m)),
+        ceiling_(static_cast<float>(options.roi_m[2])),
+        cellar_(-static_cast<float>(options.roi_depth_below_m)) {
+    const DisparityGeometry& g = extractor.geometry();
+    fb_ = static_cast<float>(g.focal_baseline);
+    cx_ = static_cast<float>(g.cx);
+    cy_ = static_cast<float>(g.cy);
+    inverse_fx_ = static_cast<float>(1 / g.fx);
+    inverse_fy_ = static_cast<float>(1 / g.fy);
+    // Across a patch a floor's disparity changes by its slope; 9 sigma^2 leaves room for it.
+    limit_ = static_cast<float>(9 * extractor.noise().pixel) + 0.02F;
+    per_px_ =
+        static_cast<float>(std::sqrt(extractor.noise().of_mean(kPatchPixels)) / g.focal_baseline);
+    pixel_per_px_ = static_cast<float>(std::sqrt(extractor.noise().pixel) / g.focal_baseline);
+    for (const ExtractedPlane& p : result.planes) add_plane(p, g);
+  }
+
+  void run() {
+    for (int v = 0; v + kPatchV <= image_.height; v += kPatchV) {
+      for (int u = 0; u + kPatchU <= image_.width; u += kPatchU) add_patch(u, v);
+    }
+  }
+
+ private:
+  struct PlaneInfo {
+    Eigen::Vector4f reference{0, 0, 1, 0};  ///< body frame: height above it counts
+    Eigen::Vector3f inverse_depth{0, 0, 0};
+    bool level = false;  ///< flat enough to be a top
+  };
+
+  void add_plane(const ExtractedPlane& p, const DisparityGeometry& g) {
+    PlaneInfo info;
+    const int reference = reference_[planes_.size() - 1];
+    if (reference >= 0) {
+      const Plane& floor = result_.planes[static_cast<std::size_t>(reference)].plane_body;
+      info.reference = floor.homogeneous().cast<float>();
+    }
+    const Eigen::Vector3d d = p.disparity / g.focal_baseline;  // 1/Z, of rays (x, y, 1)
+    info.inverse_depth = Eigen::Vector3d(d.x() * g.fx, d.y() * g.fy, d.z()).cast<float>();
+    info.level = p.slope <= kLevel;
+    planes_.push_back(info);
+  }
+
+  std::size_t mark(int u, int v) const {
+    return result_
+        .pixel_labels[static_cast<std::size_t>(v) * static_cast<std::size_t>(image_.width) +
+                      static_cast<std::size_t>(u)];
+  }
+  Eigen::Vector3f ray(float u, float v) const {
+    return {(u - cx_) * inverse_fx_, (v - cy_) * inverse_fy_, 1};
+  }
+  // Of a point inside the region of interest; nullptr outside.
+  GroundSums* cell_of(const Eigen::Vector3f& p) const {
+    const float i = (p.x() - origin_.x()) * inverse_cell_,
+                j = (p.y() - origin_.y()) * inverse_cell_;
+    if (!(i >= 0 && j >= 0 && i < static_cast<float>(nx_) && j < static_cast<float>(ny_)))
+      return nullptr;
+    if (p.z() > ceiling_ || p.z() < cellar_) return nullptr;
+    return &sums_[static_cast<std::size_t>(static_cast<int>(i) * ny_ + static_cast<int>(j))];
+  }
+
+  void add_patch(int u, int v) {
+    const float* upper = image_.row(v) + u;
+    if (!(upper[kPatchU / 2] > 0)) return;
+    const PatchMean mean = mean_of(upper, image_.row(v + 1) + u, limit_);
+    if (!mean.good) return add_edge(u, v, kPatchV);
+    const float z = fb_ / mean.d;
+    const Eigen::Vector3f r = ray(static_cast<float>(u) + 3.5F, static_cast<float>(v) + 0.5F);
+    const Eigen::Vector3f p = R_ * (z * r) + t_;
+    GroundSums* cell = cell_of(p);
+    if (cell == nullptr) return;
+    const std::size_t m = mark(u + kPatchU / 2, v);
+    const float residual = planes_[m].reference.head<3>().dot(p) + planes_[m].reference.w();
+    cell->top = std::max(cell->top, top_of(p.z(), m, r, z));
+    if (std::abs(residual) > kBand) {
+      cell->above += kPatchPixels;
+      if (!planes_[m].level) add_edge(u, v, 1);
+      return;
+    }
+    cell->pixels += kPatchPixels;
+    cell->z += p.z() * kPatchPixels;
+    cell->residual += residual * kPatchPixels;
+    cell->depth += z * kPatchPixels;
+    if (m > 0 && reference_[m - 1] >= 0) {
+      cell->floor_pixels += kPatchPixels;
+      cell->floor_z += p.z() * kPatchPixels;
+      cell->plane = static_cast<std::int16_t>(m - 1);
+    }
+  }
+
+  // Rims of things that stand: each pixel by the plane it belongs to, which knows its depth better
+  // than the pixel does; where there is none by itself, if the pixel below it agrees.
+  void add_edge(int u0, int v0, int rows) {
+    for (int v = v0; v < v0 + rows; ++v) {
+      for (int u = u0; u < u0 + kPatchU; ++u) {
+        const std::size_t m = mark(u, v);
+        if (m > 0 && static_cast<int>(m) - 1 == result_.dominant) continue;
+        const Eigen::Vector3f r = ray(static_cast<float>(u), static_cast<float>(v));
+        const float inverse = m > 0 ? planes_[m].inverse_depth.dot(r) : own_inverse(u, v);
+        if (!(inverse > 1e-3F)) continue;
+        const float z = 1 / inverse, fall = R_.row(2).dot(r);
+        const float doubt = m > 0 ? 0 : pixel_per_px_ * z * z * std::abs(fall);
+        const Eigen::Vector3f p = R_ * (z * r) + t_;
+        if (p.z() < kRim) continue;
+        if (GroundSums* cell = cell_of(p)) {
+          cell->top = std::max(cell->top, p.z() - doubt);
+          if (rows > 1 && p.z() > kBand) cell->above += 1;
+        }
+      }
+    }
+  }
+
+  // 1/Z of a pixel that is no stray: the one below it (above it in the last row) says the same.
+  float own_inverse(int u, int v) const {
+    const float d = image_.row(v)[u];
+    const float other = image_.row(v + 1 < image_.height ? v + 1 : v - 1)[u];
+    if (!(d > 0 && other > 0) || (d - other) * (d - other) > limit_) return 0;
+    return d / fb_;
+  }
+
+  // Height a patch proves: that of its plane where it has a level one, else its own less a sigma,
+  // because the highest of several noisy patches is too high.
+  float top_of(float height, std::size_t m, const Eigen::Vector3f& r, float z) const {
+    const float fall = R_.row(2).dot(r);
+    if (planes_[m].level) {
+      const float inverse = planes_[m].inverse_depth.dot(r);
+      if (inverse > 1e-3F) return fall / inverse + t_.z();
+    }
+    return height - per_px_ * z * z * std::abs(fall);
+  }
+
+  const DisparityImage& image_;
+  const FloorResult& result_;
+  std::span<const int> reference_;
+  std::vector<GroundSums>& sums_;
+  std::vector<PlaneInfo> planes_{PlaneInfo()};  ///< by mark; 0: no plane
+  Eigen::Matrix3f R_;
+  Eigen::Vector3f t_;
+  Eigen::Vector2f origin_;
+  int nx_, ny_;
+  float inverse_cell_, ceiling_, cellar_;
+  float fb_ = 1, cx_ = 0, cy_ = 0, inverse_fx_ = 1, inverse_fy_ = 1, limit_ = 0;
+  /// m of height a patch's mean, and one pixel, are unsure by, per m^2 of depth times fall.
+  float per_px_ = 0, pixel_per_px_ = 0;
+};
 
 // Large level planes and ramps are floors of their own; all else is compared with the dominant.
 void GroundMapper::choose_references(const FloorResult& result) {
@@ -71,77 +218,6 @@ void GroundMapper::choose_references(const FloorResult& result) {
     const bool distinct = plane.slope > kOwnSlope || std::abs(plane.height) > kOwnHeight;
     const bool large = plane.area >= options_.min_level_area_m2;
     reference_[k] = dominant || (large && distinct) ? static_cast<int>(k) : result.dominant;
-  }
-}
-
-void GroundMapper::add_patches(const PlaneExtractor& extractor, const FloorResult& result) {
-  const DisparityImage& image = extractor.image();
-  const DisparityGeometry& g = extractor.geometry();
-  const Rigid T{result.T_body_camera.so3().matrix().cast<float>(),
-                result.T_body_camera.translation().cast<float>()};
-  const float fb = static_cast<float>(g.focal_baseline), inverse_fx = static_cast<float>(1 / g.fx);
-  const float inverse_fy = static_cast<float>(1 / g.fy);
-  // Across a patch a floor's disparity changes by its slope; 9 sigma^2 leaves room for it.
-  const float limit = static_cast<float>(9 * extractor.noise().pixel) + 0.02F;
-  const float x0 = static_cast<float>(result.surface.origin().x());
-  const float y0 = static_cast<float>(result.surface.origin().y());
-  const float inverse_cell = static_cast<float>(1 / options_.cell_m);
-  const float ceiling = static_cast<float>(options_.roi_m[2]);
-  const float cellar = -static_cast<float>(options_.roi_depth_below_m);
-  std::vector<Eigen::Vector4f> reference(result.planes.size() + 1, Eigen::Vector4f(0, 0, 1, 0));
-  for (std::size_t k = 0; k < result.planes.size(); ++k) {
-    if (reference_[k] < 0) continue;
-    const Plane& p = result.planes[static_cast<std::size_t>(reference_[k])].plane_body;
-    reference[k + 1] = p.homogeneous().cast<float>();
-  }
-  // Planes that lie flat enough to be tops: their own height is surer than a patch's.
-  std::vector<Eigen::Vector3f> disparity_plane(result.planes.size() + 1, Eigen::Vector3f::Zero());
-  for (std::size_t k = 0; k < result.planes.size(); ++k) {
-    const ExtractedPlane& p = result.planes[k];
-    if (p.slope > 0.7) continue;
-    const Eigen::Vector3d d = p.disparity / g.focal_baseline;  // 1/Z, of rays (rx, ry, 1)
-    disparity_plane[k + 1] = Eigen::Vector3d(d.x() * g.fx, d.y() * g.fy, d.z()).cast<float>();
-  }
-  // m of height a patch's mean is unsure by, per m^2 of depth times ray's fall.
-  const float per_px =
-      static_cast<float>(std::sqrt(extractor.noise().of_mean(kPatchPixels)) / g.focal_baseline);
-  for (int v = 0; v + kPatchV <= image.height; v += kPatchV) {
-    const float* upper = image.row(v);
-    const float* lower = image.row(v + 1);
-    const std::uint8_t* marks = result.pixel_labels.data() +
-                                static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width);
-    const float ry = static_cast<float>((v + 0.5 - g.cy)) * inverse_fy;
-    for (int u = 0; u + kPatchU <= image.width; u += kPatchU) {
-      if (!(upper[u + kPatchU / 2] > 0)) continue;
-      const PatchMean mean = mean_of(upper + u, lower + u, limit);
-      if (!(mean.d > 0)) continue;
-      const float z = fb / mean.d;
-      const float rx = (static_cast<float>(u - g.cx) + 3.5F) * inverse_fx;
-      const Eigen::Vector3f p = T.R * Eigen::Vector3f(rx * z, ry * z, z) + T.t;
-      const float i = (p.x() - x0) * inverse_cell, j = (p.y() - y0) * inverse_cell;
-      if (!(i >= 0 && j >= 0 && i < static_cast<float>(nx_) && j < static_cast<float>(ny_)))
-        continue;
-      if (p.z() > ceiling || p.z() < cellar) continue;
-      GroundSums& cell =
-          sums_[static_cast<std::size_t>(static_cast<int>(i) * ny_ + static_cast<int>(j))];
-      const std::size_t mark = marks[u + kPatchU / 2];
-      if (!mean.good) continue;
-      const float residual = reference[mark].head<3>().dot(p) + reference[mark].w();
-      cell.top = std::max(cell.top, top_of(p.z(), mark, rx, ry, z, T, disparity_plane, per_px));
-      if (std::abs(residual) > kBand) {
-        cell.above += kPatchPixels;
-        continue;
-      }
-      cell.pixels += kPatchPixels;
-      cell.z += p.z() * kPatchPixels;
-      cell.residual += residual * kPatchPixels;
-      cell.depth += z * kPatchPixels;
-      if (mark > 0 && reference_[mark - 1] >= 0) {
-        cell.floor_pixels += kPatchPixels;
-        cell.floor_z += p.z() * kPatchPixels;
-        cell.plane = static_cast<std::int16_t>(mark - 1);
-      }
-    }
   }
 }
 
@@ -205,7 +281,7 @@ void GroundMapper::map(const PlaneExtractor& extractor, FloorResult& result) {
   result.surface = FloorSurface({0, -0.5 * options_.roi_m[1]}, options_.cell_m, nx_, ny_);
   sums_.assign(static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_), GroundSums());
   choose_references(result);
-  add_patches(extractor, result);
+  PatchWalk(extractor, result, options_, reference_, sums_).run();
   fill_surface(extractor, result);
   fill_evidence(extractor, result);
   std::vector<float> residuals;

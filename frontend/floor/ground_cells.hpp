@@ -25,7 +25,6 @@ class GroundMapper {
 
  private:
   void choose_references(const FloorResult& result);
-  void add_patches(const PlaneExtractor& extractor, const FloorResult& result);
   void fill_surface(const PlaneExtractor& extractor, FloorResult& result);
   void fill_evidence(const PlaneExtractor& extractor, const FloorResult& result);
 

@@ -1,6 +1,7 @@
 // From labels of blocks to labels of pixels: only blocks at borders are looked at again.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -8,11 +9,49 @@
 
 namespace lamina {
 
-/// Labels of pixels: region index + 1, 0: none. Whole blocks that belong to a region are filled;
-/// pixels of all other blocks go to the plane of a neighbouring block (two blocks around) that
-/// fits them best, within `tolerance` px of disparity. Counts the pixels of every region.
-void label_pixels(const DisparityImage& image, const DisparityGeometry& g, const BlockImage& blocks,
-                  float tolerance, PlaneRegions& regions, std::vector<std::uint8_t>& pixel_labels);
+/// Labels of pixels: region index + 1, 0: none. Blocks amid their own kind are filled; in all
+/// others a pixel goes to the plane of a block around (two blocks' reach) that fits it best. The
+/// planes are then refitted on their own pixels, and the border is settled again until they rest:
+/// blocks that held two surfaces no longer bend thin planes. Sums, planes and pixels of the regions
+/// are renewed.
+class PixelLabeller {
+ public:
+  struct Candidates {
+    static constexpr int kMost = 6;
+    std::array<std::int16_t, kMost> label{};
+    std::array<float, kMost> a{}, b{}, c{};
+    std::array<float, kMost> weight{}, offset{};  ///< cost of a residual r: weight r^2 + offset
+    int count = 0;
+  };
+
+  /// `sigma`: of one pixel's disparity (px).
+  void label(const DisparityImage& image, const DisparityGeometry& g, const BlockImage& blocks,
+             float sigma, PlaneRegions& regions, std::vector<std::uint8_t>& pixel_labels);
+
+ private:
+  struct Window {
+    int u0, v0, width, height;
+    std::size_t offset;  ///< of its first pixel
+  };
+  Window window(int block) const;
+  void fill_inner(const PlaneRegions& regions);
+  bool label_border(const PlaneRegions& regions, float sigmas, bool again, float band);
+  Candidates candidates_around(const PlaneRegions& regions, int block) const;
+  void settle_creases(const PlaneRegions& regions, int block, const Candidates& near, float band);
+  float side_of(const PlaneRegions& regions, int block, int first, int second,
+                const Eigen::Vector3f& difference, float band) const;
+  void account(const Window& w, const Candidates& near, int sign);
+  void refit(PlaneRegions& regions, double least);
+
+  const DisparityImage* image_ = nullptr;
+  const DisparityGeometry* geometry_ = nullptr;
+  const BlockImage* blocks_ = nullptr;
+  std::vector<std::uint8_t>* out_ = nullptr;
+  std::vector<DisparitySums> sums_;
+  std::vector<int> border_;
+  std::vector<std::uint8_t> moved_;
+  float variance_ = 1;  ///< px^2, of one pixel on a plane without slope
+};
 
 /// Labels of blocks after the pixel pass: the region that holds at least half of a block's pixels.
 std::vector<std::int16_t> block_majority(const std::vector<std::uint8_t>& pixel_labels, int width,

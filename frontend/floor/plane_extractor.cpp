@@ -1,17 +1,19 @@
 // Region of interest -> sub-sections -> outliers -> recursive RANSAC -> whole planes -> labels.
 #include <lamina/frontend/floor/plane_extractor.hpp>
 
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 
 #include <lamina/frontend/floor/leveling.hpp>
+#include <lamina/frontend/floor/plane_evidence.hpp>
 #include <lamina/frontend/floor/stopwatch.hpp>
 
 namespace lamina {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-constexpr float kKinectLateral = 0.5F;  // px [Barron2013]
 
 }  // namespace
 
@@ -37,10 +39,10 @@ void PlaneExtractor::extract(const DepthFrame& frame, const MountingPrior& prior
   estimate_noise(frame.camera.noise);
   const double sigma = std::sqrt(noise_.pixel);
   const double block_pixels = options_.block_px * options_.block_px;
-  remove_outliers(
-      image_, geometry_, static_cast<float>(options_.outlier_alpha * sigma * std::sqrt(1.5)),
-      static_cast<float>(1.8 * sigma), static_cast<float>(options_.min_block_fill * block_pixels),
-      blocks_, frame.camera.noise.kind == DepthNoise::Kind::kKinect ? kKinectLateral : 0.0F);
+  remove_outliers(image_, geometry_,
+                  static_cast<float>(options_.outlier_alpha * sigma * std::sqrt(1.5)),
+                  static_cast<float>(sigma),
+                  static_cast<float>(options_.min_block_fill * block_pixels), blocks_);
   noise_.shared = shared_variance(blocks_, noise_.per_pixel / block_pixels, noise_.shared);
   times_.blocks_ms = watch.lap();
 
@@ -57,11 +59,29 @@ void PlaneExtractor::extract(const DepthFrame& frame, const MountingPrior& prior
   regions_.keep_largest(0.5 * options_.min_plane_px);
   times_.planes_ms = watch.lap();
 
-  label_pixels(image_, geometry_, blocks_, static_cast<float>(3.5 * sigma), regions_,
-               pixel_labels_);
+  labeller_.label(image_, geometry_, blocks_, static_cast<float>(sigma), regions_, pixel_labels_);
+  drop_doubtful(static_cast<float>(6 * sigma));
   block_labels_ =
       block_majority(pixel_labels_, image_.width, image_.height, blocks_, regions_.labels());
   times_.refine_ms = watch.lap();
+}
+
+// Regions that are no surfaces leave; their pixels belong to nothing.
+void PlaneExtractor::drop_doubtful(float gate) {
+  constexpr int kStep = 8;  // rows and columns looked at: one a block
+  const auto evidence =
+      gather_evidence(image_, geometry_, pixel_labels_, regions_.regions(), kStep, gate);
+  std::vector<bool> wanted;
+  for (std::size_t k = 0; k < evidence.size(); ++k) {
+    wanted.push_back(is_surface(evidence[k], misfit(regions_.regions()[k], noise_)));
+  }
+  if (std::find(wanted.begin(), wanted.end(), false) == wanted.end()) return;
+  const auto renamed = regions_.keep(wanted);
+  std::array<std::uint8_t, 256> marks{};
+  for (std::size_t k = 0; k < renamed.size(); ++k) {
+    marks[k + 1] = static_cast<std::uint8_t>(renamed[k] + 1);
+  }
+  for (std::uint8_t& mark : pixel_labels_) mark = marks[mark];
 }
 
 // Where nothing is known of the mounting, the largest plane that may be a floor levels the frame,

@@ -44,6 +44,7 @@ class PlaneExtractor {
   void assign_sections();
   void extract_floor_sections(const NormalPrior& floor);
   void extract_rest();
+  void drop_doubtful(float gate);
   void recurse(std::vector<int>& candidates, const NormalPrior& prior, Sampler& sampler);
 
   FloorOptions options_;
@@ -53,6 +54,7 @@ class PlaneExtractor {
   BlockImage blocks_;
   BlockNoise noise_;
   PlaneRegions regions_;
+  PixelLabeller labeller_;
   SE3 T_level_camera_;
   std::vector<std::vector<int>> section_blocks_;
   std::vector<std::uint8_t> pixel_labels_;

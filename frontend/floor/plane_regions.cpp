@@ -1,4 +1,4 @@
-// Growth, merging and borders on blocks.
+// Growth and borders on blocks, and which regions stay.
 #include <lamina/frontend/floor/plane_regions.hpp>
 
 #include <algorithm>
@@ -11,16 +11,6 @@ namespace lamina {
 namespace {
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
-// Squared distance of a place from the middle of some pixels, in their spread that way.
-double distance_in_sizes2(const DisparitySums& s, const Eigen::Vector3d& place) {
-  const double mu = s.u / s.n, mv = s.v / s.n;
-  const double du = place.x() - mu, dv = place.y() - mv, length2 = du * du + dv * dv;
-  if (length2 < 1e-9) return 0;
-  const double spread2 = (du * du * (s.uu / s.n - mu * mu) + 2 * du * dv * (s.uv / s.n - mu * mv) +
-                          dv * dv * (s.vv / s.n - mv * mv)) /
-                         length2;
-  return length2 / std::max(1.0, spread2);
-}
 }  // namespace
 
 void PlaneRegions::start(const BlockImage& blocks, const DisparityGeometry& g,
@@ -40,7 +30,8 @@ PlaneRegions::Test PlaneRegions::test_of(const DisparityPlane& plane,
 
 bool PlaneRegions::fits(const Block& block, const Test& test) const {
   const float r = block.residual(test.plane);
-  const float own = static_cast<float>(noise_.of_mean(block.n));
+  const float own = static_cast<float>(noise_.of_mean(block.n)) +
+                    jitter_variance(test.plane.x(), test.plane.y()) / block.n;
   const Eigen::Vector3f x(block.u, block.v, 1.0F);
   // A young plane predicts badly far away: its own doubt widens the gate, but not without end.
   const float doubt = std::clamp(x.dot(test.covariance * x), 0.0F, 4 * own);
@@ -132,95 +123,62 @@ int PlaneRegions::grow(std::span<const int> seeds, const DisparityPlane& start_p
   }
   regions_.push_back(
       {*fit, sums, static_cast<int>(members_.size()), static_cast<std::int64_t>(sums.n)});
+  split_off_parts(label, min_pixels);
   return label;
 }
 
-std::optional<double> PlaneRegions::merge_cost(const PlaneRegion& a, const PlaneRegion& b,
-                                               bool neighbours) const {
-  double worst = 0;
-  if (neighbours) {
-    DisparitySums both = a.sums;
-    both += b.sums;
-    const auto fit = both.fit();
-    if (!fit) return std::nullopt;
-    for (const PlaneRegion* r : {&a, &b}) {
-      // Three parameters of its own: their noise is 3 / n of a pixel's.
-      const double allowed = gate2_ * (3 * noise_.per_pixel / r->sums.n + noise_.shared);
-      worst = std::max(worst, r->sums.mean_square(r->plane - *fit) / allowed);
-    }
-  } else {
-    const DisparityPlane difference = a.plane - b.plane;
-    for (const auto& [here, there] : {std::pair{&a, &b}, std::pair{&b, &a}}) {
-      const Eigen::Vector3d x(there->sums.u / there->sums.n, there->sums.v / there->sums.n, 1);
-      const double carried = x.dot(here->sums.covariance(noise_.per_pixel) * x);
-      // Slow distortion tilts a plane; carried beyond its own size that tilt counts, up to two
-      // sizes: beyond, nothing would be told apart any more.
-      const double sizes2 = std::min(4.0, distance_in_sizes2(here->sums, x));
-      const double allowed = 4 * (carried + (2 + sizes2) * noise_.shared);
-      worst = std::max(worst, there->sums.mean_square(difference) / allowed);
-    }
-  }
-  return worst <= 1 ? std::optional<double>(worst) : std::nullopt;
-}
-
-// Which regions come within two blocks of each other: a matrix, row-major.
-std::vector<std::uint8_t> PlaneRegions::neighbourhood() const {
-  const std::size_t count = regions_.size();
-  std::vector<std::uint8_t> near(count * count, 0);
-  const auto meet = [&](int a, int b) {
-    if (a < 0 || b < 0 || a == b) return;
-    near[at(a) * count + at(b)] = near[at(b) * count + at(a)] = 1;
-  };
-  for (int r = 0; r < blocks_->rows; ++r) {
-    for (int c = 0; c < blocks_->columns; ++c) {
-      const int mine = labels_[at(blocks_->index(c, r))];
-      if (mine < 0) continue;
-      for (int step = 1; step <= 2; ++step) {
-        if (c + step < blocks_->columns) meet(mine, labels_[at(blocks_->index(c + step, r))]);
-        if (r + step < blocks_->rows) meet(mine, labels_[at(blocks_->index(c, r + step))]);
+// The members of the last region that hang together with `start` (corners count); taken off
+// `waiting`.
+void PlaneRegions::connected(int start, std::vector<std::uint8_t>& waiting) {
+  const int columns = blocks_->columns, rows = blocks_->rows;
+  queue_.assign(1, start);
+  waiting[at(start)] = 0;
+  for (std::size_t head = 0; head < queue_.size(); ++head) {
+    const int c0 = queue_[head] % columns, r0 = queue_[head] / columns;
+    for (int r = std::max(0, r0 - 1); r <= std::min(rows - 1, r0 + 1); ++r) {
+      for (int c = std::max(0, c0 - 1); c <= std::min(columns - 1, c0 + 1); ++c) {
+        const int i = blocks_->index(c, r);
+        if (waiting[at(i)] == 0) continue;
+        waiting[at(i)] = 0;
+        queue_.push_back(i);
       }
     }
   }
-  return near;
 }
 
-void PlaneRegions::relabel(std::int16_t from, std::int16_t to) {
+// Seeds may lie on several surfaces that one plane happens to hold. Every part large enough to be a
+// plane becomes one of its own (merging joins what belongs together); crumbs stay with the first.
+void PlaneRegions::split_off_parts(int label, double min_pixels) {
+  std::vector<std::uint8_t>& waiting = waiting_;
+  waiting.assign(labels_.size(), 0);
+  for (const int i : members_) waiting[at(i)] = 1;
+  bool first = true;
+  for (const int start : members_) {
+    if (waiting[at(start)] == 0) continue;
+    connected(start, waiting);
+    DisparitySums sums;
+    for (const int i : queue_) sums += blocks_->blocks[at(i)].sums();
+    const auto fit = sums.fit();
+    if (!fit || sums.n < min_pixels) continue;
+    if (first || regions_.size() >= 254) {
+      first = false;
+      continue;
+    }
+    const std::int16_t part = static_cast<std::int16_t>(regions_.size());
+    for (const int i : queue_) labels_[at(i)] = part;
+    const int count = static_cast<int>(queue_.size());
+    regions_.push_back({*fit, sums, count, static_cast<std::int64_t>(sums.n)});
+    PlaneRegion& rest = regions_[at(label)];
+    rest.sums -= sums;
+    rest.blocks -= count;
+    rest.pixels = static_cast<std::int64_t>(rest.sums.n);
+    rest.plane = rest.sums.fit().value_or(rest.plane);
+  }
+}
+
+void PlaneRegions::relabel(std::span<const std::int16_t> renamed) {
   for (auto& label : labels_) {
-    if (label == from) label = to;
-  }
-}
-
-void PlaneRegions::merge() {
-  std::vector<bool> gone(regions_.size(), false);
-  std::vector<std::uint8_t> near = neighbourhood();
-  const std::size_t count = regions_.size();
-  for (;;) {
-    std::size_t first = 0, second = 0;
-    double best = 2;
-    for (std::size_t i = 0; i < regions_.size(); ++i) {
-      for (std::size_t j = i + 1; j < regions_.size() && !gone[i]; ++j) {
-        if (gone[j]) continue;
-        const auto cost = merge_cost(regions_[i], regions_[j], near[i * count + j] != 0);
-        if (cost && *cost < best) {
-          best = *cost;
-          first = i;
-          second = j;
-        }
-      }
-    }
-    if (best > 1) break;
-    PlaneRegion& a = regions_[first];
-    a.sums += regions_[second].sums;
-    a.blocks += regions_[second].blocks;
-    a.pixels += regions_[second].pixels;
-    a.plane = a.sums.fit().value_or(a.plane);
-    gone[second] = true;
-    for (std::size_t k = 0; k < count; ++k) {
-      near[first * count + k] |= near[second * count + k];
-      near[k * count + first] |= near[k * count + second];
-    }
-    regions_[second] = PlaneRegion();
-    relabel(static_cast<std::int16_t>(second), static_cast<std::int16_t>(first));
+    if (label >= 0) label = renamed[at(label)];
   }
 }
 
@@ -337,9 +295,21 @@ void PlaneRegions::keep_largest(double min_pixels) {
     kept.push_back(regions_[i]);
   }
   regions_ = std::move(kept);
-  for (auto& label : labels_) {
-    if (label >= 0) label = renamed[at(label)];
+  relabel(renamed);
+}
+
+std::vector<std::int16_t> PlaneRegions::keep(const std::vector<bool>& wanted) {
+  std::vector<std::int16_t> renamed(regions_.size(), -1);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < regions_.size(); ++i) {
+    if (!wanted[i]) continue;
+    renamed[i] = static_cast<std::int16_t>(kept);
+    if (kept != i) regions_[kept] = regions_[i];
+    ++kept;
   }
+  regions_.resize(kept);
+  relabel(renamed);
+  return renamed;
 }
 
 }  // namespace lamina

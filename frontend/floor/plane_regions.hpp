@@ -43,6 +43,8 @@ class PlaneRegions {
   /// those scattered in thin strips (a row of posts), and sorts the rest, largest first (ties: by
   /// index).
   void keep_largest(double min_pixels);
+  /// Drops the regions that are not wanted. Returns old index -> new index, -1: dropped.
+  std::vector<std::int16_t> keep(const std::vector<bool>& wanted);
 
  private:
   struct Test {
@@ -53,12 +55,17 @@ class PlaneRegions {
   Test test_of(const DisparityPlane& plane, const DisparitySums& sums) const;
   void flood(int label, DisparitySums& sums, DisparityPlane& plane);
   bool refit_members(int label, DisparitySums& sums, DisparityPlane& plane);
-  std::optional<double> merge_cost(const PlaneRegion& a, const PlaneRegion& b,
-                                   bool neighbours) const;
+  void connected(int start, std::vector<std::uint8_t>& waiting);
+  void split_off_parts(int label, double min_pixels);
+  double joined_cost(const PlaneRegion& a, const PlaneRegion& b) const;
+  double carried_cost(std::size_t a, std::size_t b, double sizes) const;
+  double merge_cost(std::size_t a, std::size_t b, bool neighbours) const;
+  void join(std::size_t first, std::size_t second);
+  bool seen_through(const PlaneRegion& a, const PlaneRegion& b) const;
   std::vector<std::uint8_t> neighbourhood() const;
   bool is_scattered(int label) const;
   bool sure_normal(const PlaneRegion& region) const;
-  void relabel(std::int16_t from, std::int16_t to);
+  void relabel(std::span<const std::int16_t> renamed);
   void recount();
   bool settle_block(int column, int row, std::span<const Test> tests);
 
@@ -69,6 +76,8 @@ class PlaneRegions {
   std::vector<std::int16_t> labels_;
   std::vector<PlaneRegion> regions_;
   std::vector<int> queue_, members_;
+  std::vector<std::uint8_t> waiting_;
+  std::vector<Eigen::Matrix3d> covariance_;  ///< of the regions' planes, while merging
 };
 
 }  // namespace lamina

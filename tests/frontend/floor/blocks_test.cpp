@@ -100,7 +100,7 @@ TEST(Outliers, AStrayPixelIsTakenOutAndItsBlockHeals) {
   DepthFrame frame = draw({floor_piece()}, test_camera());
   frame.raw[static_cast<std::size_t>(400 * 640 + 300)] = 9000;
   Blocks b(frame);
-  remove_outliers(b.image, b.geometry, 0.2F, 0.1F, 32, b.blocks);
+  remove_outliers(b.image, b.geometry, 0.2F, 0.056F, 32, b.blocks);
   EXPECT_TRUE(is_outlier(b.image, 300, 400, 0.2F));
   EXPECT_FALSE(is_outlier(b.image, 310, 400, 0.2F));
   const Block& block = b.blocks.at(300 / 8, 400 / 8);
@@ -123,17 +123,18 @@ TEST(Outliers, SteepBlocksStayFlatThoughTheirPixelsLookAside) {
           20 + 0.25F * (static_cast<float>(v) + aside);
     }
   }
-  const auto flat_blocks = [&](float lateral) {
+  const auto flat_blocks = [&](float sigma) {
     Blocks b(frame);
     fill_blocks(image, b.geometry, 8, b.blocks);
-    remove_outliers(image, b.geometry, 0.25F, 0.1F, 32, b.blocks, lateral);
+    remove_outliers(image, b.geometry, 0.25F, sigma, 32, b.blocks);
     int flat = 0;
     for (const Block& block : b.blocks.blocks) flat += block.flat;
     return flat;
   };
   const int all = 80 * 60;
-  EXPECT_LT(flat_blocks(0), all / 2);
-  EXPECT_GT(flat_blocks(0.5F), all * 99 / 100);
+  EXPECT_GT(flat_blocks(0.056F), all * 99 / 100);
+  // Jitter is allowed for up to a few sigmas only: a much better sensor sees these rows as rough.
+  EXPECT_LT(flat_blocks(0.02F), all / 2);
 }
 
 TEST(Outliers, DepthEdgesAreNotOutliers) {

@@ -1,0 +1,162 @@
+// Which regions are parts of one plane.
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <lamina/frontend/floor/plane_regions.hpp>
+
+namespace lamina {
+namespace {
+
+constexpr double kNever = 1e300;
+
+std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+// Squared distance of a place from the middle of some pixels, in their spread that way.
+double distance_in_sizes2(const DisparitySums& s, const Eigen::Vector3d& place) {
+  const double mu = s.u / s.n, mv = s.v / s.n;
+  const double du = place.x() - mu, dv = place.y() - mv, length2 = du * du + dv * dv;
+  if (length2 < 1e-9) return 0;
+  const double spread2 = (du * du * (s.uu / s.n - mu * mu) + 2 * du * dv * (s.uv / s.n - mu * mv) +
+                          dv * dv * (s.vv / s.n - mv * mv)) /
+                         length2;
+  return length2 / std::max(1.0, spread2);
+}
+}  // namespace
+
+double PlaneRegions::joined_cost(const PlaneRegion& a, const PlaneRegion& b) const {
+  DisparitySums both = a.sums;
+  both += b.sums;
+  const auto fit = both.fit();
+  if (!fit) return kNever;
+  double worst = 0;
+  for (const PlaneRegion* r : {&a, &b}) {
+    // Three parameters of its own: their noise is 3 / n of a pixel's.
+    const double allowed = gate2_ * (3 * noise_.per_pixel / r->sums.n + noise_.shared);
+    worst = std::max(worst, r->sums.mean_square(r->plane - *fit) / allowed);
+  }
+  return worst;
+}
+
+// `sizes`: up to how many sizes of a plane its slow distortion is carried on.
+double PlaneRegions::carried_cost(std::size_t a, std::size_t b, double sizes) const {
+  const DisparityPlane difference = regions_[a].plane - regions_[b].plane;
+  double worst = 0;
+  for (const auto& [here, there] : {std::pair{a, b}, std::pair{b, a}}) {
+    const DisparitySums& far = regions_[there].sums;
+    const Eigen::Vector3d x(far.u / far.n, far.v / far.n, 1);
+    const double carried = x.dot(covariance_[here] * x);
+    const double sizes2 = std::min(sizes * sizes, distance_in_sizes2(regions_[here].sums, x));
+    const double allowed = 4 * (carried + (2 + sizes2) * noise_.shared);
+    worst = std::max(worst, far.mean_square(difference) / allowed);
+    if (worst > 1) break;
+  }
+  return worst;
+}
+
+double PlaneRegions::merge_cost(std::size_t a, std::size_t b, bool neighbours) const {
+  if (neighbours) return joined_cost(regions_[a], regions_[b]);
+  // Slow distortion tilts a plane; carried beyond its own size that tilt counts, up to two sizes:
+  // beyond, nothing would be told apart any more. Where the gap shows what lies behind, nothing
+  // says that the two belong together, and no such allowance is made; where something stands before
+  // it, they are neighbours.
+  const double joined = joined_cost(regions_[a], regions_[b]);
+  if (joined > 1) return joined;
+  if (!seen_through(regions_[a], regions_[b])) return joined;
+  return std::max(joined, carried_cost(a, b, 0));
+}
+
+// Whether the gap between two regions is open: most blocks on the way from middle to middle lie
+// behind the first one's plane.
+bool PlaneRegions::seen_through(const PlaneRegion& a, const PlaneRegion& b) const {
+  const Eigen::Vector2d from(a.sums.u / a.sums.n, a.sums.v / a.sums.n);
+  const Eigen::Vector2d to(b.sums.u / b.sums.n, b.sums.v / b.sums.n);
+  const Eigen::Vector3f plane = a.plane.cast<float>();
+  const int steps = std::max(2, static_cast<int>((to - from).norm() / blocks_->size));
+  int behind = 0, other = 0;
+  for (int k = 0; k <= steps; ++k) {
+    const Eigen::Vector2d x = from + (to - from) * k / steps;
+    const int c = static_cast<int>(std::lround(x.x() + geometry_.cx)) / blocks_->size;
+    const int r = static_cast<int>(std::lround(x.y() + geometry_.cy)) / blocks_->size;
+    if (c < 0 || r < 0 || c >= blocks_->columns || r >= blocks_->rows) continue;
+    const Block& block = blocks_->at(c, r);
+    const float residual = block.residual(plane);
+    const float gate = std::sqrt(gate2_ * static_cast<float>(noise_.of_mean(64)));
+    if (block.n > 0 && std::abs(residual) <= gate) continue;
+    ++(block.n > 0 && residual < 0 ? behind : other);
+  }
+  return behind > other;
+}
+
+// Which regions come within two blocks of each other: a matrix, row-major.
+std::vector<std::uint8_t> PlaneRegions::neighbourhood() const {
+  const std::size_t count = regions_.size();
+  std::vector<std::uint8_t> near(count * count, 0);
+  const auto meet = [&](int a, int b) {
+    if (a < 0 || b < 0 || a == b) return;
+    near[at(a) * count + at(b)] = near[at(b) * count + at(a)] = 1;
+  };
+  for (int r = 0; r < blocks_->rows; ++r) {
+    for (int c = 0; c < blocks_->columns; ++c) {
+      const int mine = labels_[at(blocks_->index(c, r))];
+      if (mine < 0) continue;
+      for (int step = 1; step <= 2; ++step) {
+        if (c + step < blocks_->columns) meet(mine, labels_[at(blocks_->index(c + step, r))]);
+        if (r + step < blocks_->rows) meet(mine, labels_[at(blocks_->index(c, r + step))]);
+      }
+    }
+  }
+  return near;
+}
+
+// Best pairs first; costs are kept, and only those of the joined one are taken anew.
+void PlaneRegions::merge() {
+  const std::size_t count = regions_.size();
+  std::vector<std::uint8_t> near = neighbourhood();
+  covariance_.clear();
+  for (const PlaneRegion& r : regions_) {
+    covariance_.push_back(r.sums.covariance(noise_.per_pixel));
+  }
+  std::vector<double> cost(count * count, kNever);
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t j = i + 1; j < count; ++j) {
+      cost[i * count + j] = merge_cost(i, j, near[i * count + j] != 0);
+    }
+  }
+  std::vector<std::int16_t> joined(count);
+  std::iota(joined.begin(), joined.end(), std::int16_t{0});
+  bool any = false;
+  for (;;) {
+    const auto best = std::min_element(cost.begin(), cost.end());
+    if (best == cost.end() || *best > 1) break;
+    any = true;
+    const std::size_t pair = static_cast<std::size_t>(best - cost.begin());
+    const std::size_t first = pair / count, second = pair % count;
+    join(first, second);
+    std::replace(joined.begin(), joined.end(), static_cast<std::int16_t>(second),
+                 static_cast<std::int16_t>(first));
+    for (std::size_t k = 0; k < count; ++k) {
+      near[first * count + k] |= near[second * count + k];
+      near[k * count + first] |= near[k * count + second];
+      cost[second * count + k] = cost[k * count + second] = kNever;
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      if (k == first || at(joined[k]) != k) continue;
+      cost[std::min(k, first) * count + std::max(k, first)] =
+          merge_cost(std::min(k, first), std::max(k, first), near[first * count + k] != 0);
+    }
+  }
+  if (any) relabel(joined);
+}
+
+void PlaneRegions::join(std::size_t first, std::size_t second) {
+  PlaneRegion& a = regions_[first];
+  a.sums += regions_[second].sums;
+  a.blocks += regions_[second].blocks;
+  a.pixels += regions_[second].pixels;
+  a.plane = a.sums.fit().value_or(a.plane);
+  covariance_[first] = a.sums.covariance(noise_.per_pixel);
+  regions_[second] = PlaneRegion();
+}
+
+}  // namespace lamina
