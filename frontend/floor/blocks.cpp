@@ -3,21 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+
+#include <lamina/frontend/floor/lanes.hpp>
 
 namespace lamina {
+
+using namespace lanes;
+
 namespace {
-
-using Float4 = float __attribute__((vector_size(16)));
-using Int4 = std::int32_t __attribute__((vector_size(16)));
-
-Float4 load4(const float* p) {
-  Float4 x;
-  std::memcpy(&x, p, sizeof(x));
-  return x;
-}
-
-float sum4(const Float4& x) { return (x[0] + x[1]) + (x[2] + x[3]); }
 
 // Own plane of centred sums; `cud`, `cvd`, `cdd` about the means.
 void solve(Block& block, float cud, float cvd, float cdd) {
@@ -51,9 +44,8 @@ bool full_block8(const float* origin, std::ptrdiff_t stride, float center_u, flo
     }
   }
   if ((bad[0] | bad[1] | bad[2] | bad[3]) != 0) return false;
-  const Float4 left = {-3.5F, -2.5F, -1.5F, -0.5F}, right = {0.5F, 1.5F, 2.5F, 3.5F};
   const float s = sum4(sum[0] + sum[1]);
-  const float cud = sum4(sum[0] * left + sum[1] * right);
+  const float cud = sum4(sum[0] * kLeft + sum[1] * kRight);
   const float cvd = sum4(down[0] + down[1]);
   constexpr float kSpread = 64 * 5.25F;  // sum of (i - 3.5)^2 over the block
   block.n = 64;
@@ -66,6 +58,40 @@ bool full_block8(const float* origin, std::ptrdiff_t stride, float center_u, flo
   block.b = cvd / kSpread;
   block.sse = std::max(0.0F, sum4(square) - s * s / 64 - block.a * cud - block.b * cvd);
   return true;
+}
+
+// Sums about (u, v), with disparities less `shift`, to a block.
+void set_block(const BlockSums& s, float u, float v, float shift, Block& block) {
+  block = Block();
+  const float n = s.count();
+  block.n = n;
+  if (n == 0) return;
+  const float x = s.sum_x(), y = s.sum_y(), e = s.sum_e();
+  block.u = u + x / n;
+  block.v = v + y / n;
+  block.d = shift + e / n;
+  block.cuu = s.sum_xx() - x * x / n;
+  block.cuv = s.sum_xy() - x * y / n;
+  block.cvv = s.sum_yy() - y * y / n;
+  solve(block, s.sum_xe() - x * e / n, s.sum_ye() - y * e / n, s.sum_ee() - e * e / n);
+}
+
+// Some of the 64 pixels valid.
+void broken_block8(const float* origin, std::ptrdiff_t stride, float center_u, float center_v,
+                   Block& block) {
+  float shift = 0;
+  for (int r = 0; r < 8 && !(shift > 0); ++r) {
+    for (int c = 0; c < 8; ++c) shift = std::max(shift, origin[r * stride + c]);
+  }
+  BlockSums sums;
+  for (int r = 0; r < 8; ++r) {
+    const float y = static_cast<float>(r) - 3.5F;
+    for (int half = 0; half < 2; ++half) {
+      const Float4 d = load4(origin + r * stride + 4 * half);
+      sums.add(half, d > 0.0F, d - shift, y);
+    }
+  }
+  set_block(sums, center_u, center_v, shift, block);
 }
 
 struct Window {
@@ -139,10 +165,15 @@ void fill_disparity(const DepthFrame& frame, DisparityImage& image) {
   const float fb = static_cast<float>(scale);
   const std::uint16_t* raw = frame.raw.data();
   float* out = image.d.data();
-  for (std::size_t i = 0; i < size; ++i) {
+  std::size_t i = 0;
+  for (; i + 4 <= size; i += 4) {
+    const Float4 z = load4_as_float(raw + i);
+    const Int4 good = (z >= low) & (z <= high);
+    store4(out + i, only(good, fb / z));
+  }
+  for (; i < size; ++i) {
     const float z = static_cast<float>(static_cast<int>(raw[i]));
-    const float d = fb / std::max(z, 1.0F);
-    out[i] = z >= low && z <= high ? d : 0.0F;
+    out[i] = z >= low && z <= high ? fb / z : 0.0F;
   }
 }
 
@@ -182,10 +213,13 @@ void fill_blocks(const DisparityImage& image, const DisparityGeometry& g, int si
       const float center_u = static_cast<float>(w.u0 + 3.5 - g.cx);
       const float center_v = static_cast<float>(w.v0 + 3.5 - g.cy);
       const bool whole = size == 8 && w.u1 - w.u0 == 8 && w.v1 - w.v0 == 8;
-      if (whole && full_block8(image.row(w.v0) + w.u0, image.width, center_u, center_v, block)) {
+      if (!whole) {
+        partial_block(image, g, w, all, block);
         continue;
       }
-      partial_block(image, g, w, all, block);
+      const float* origin = image.row(w.v0) + w.u0;
+      if (full_block8(origin, image.width, center_u, center_v, block)) continue;
+      broken_block8(origin, image.width, center_u, center_v, block);
     }
   }
 }
@@ -198,12 +232,12 @@ double noise_scale(const BlockImage& blocks, double disparity_sigma) {
   for (const Block& block : blocks.blocks) {
     if (block.n < full) continue;
     const float jitter = std::min(6 * model, jitter_variance(block.a, block.b));
-    variances.push_back(block.sse / ((block.n - 3) * (model + jitter)));
+    variances.push_back((block.sse / (block.n - 3) - jitter) / model);
   }
   if (variances.size() < 20 || !(disparity_sigma > 0)) return 1.0;
   const auto at = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 4);
   std::nth_element(variances.begin(), at, variances.end());
-  return std::clamp(std::sqrt(static_cast<double>(*at)), 1.0, 4.0);
+  return std::sqrt(std::clamp(static_cast<double>(*at), 1.0, 16.0));
 }
 
 double shared_variance(const BlockImage& blocks, double variance_of_mean, double model) {

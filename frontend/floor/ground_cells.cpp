@@ -156,14 +156,14 @@ class PatchWalk {
     for (int v = v0; v < v0 + rows; ++v) {
       for (int u = u0; u < u0 + kPatchU; ++u) {
         const std::size_t m = mark(u, v);
-        if (m > 0 && static_cast<int>(m) - 1 == result_.dominant) continue;
+        if (m > 0 ? static_cast<int>(m) - 1 == result_.dominant : !(image_.row(v)[u] > 0)) continue;
         const Eigen::Vector3f r = ray(static_cast<float>(u), static_cast<float>(v));
         const float inverse = m > 0 ? planes_[m].inverse_depth.dot(r) : own_inverse(u, v);
         if (!(inverse > 1e-3F)) continue;
-        const float z = 1 / inverse, fall = R_.row(2).dot(r);
+        const float z = 1 / inverse, fall = R_.row(2).dot(r), height = z * fall + t_.z();
+        if (height < kRim || height > ceiling_) continue;
         const float doubt = m > 0 ? 0 : pixel_per_px_ * z * z * std::abs(fall);
         const Eigen::Vector3f p = R_ * (z * r) + t_;
-        if (p.z() < kRim) continue;
         if (GroundSums* cell = cell_of(p)) {
           cell->top = std::max(cell->top, p.z() - doubt);
           if (rows > 1 && p.z() > kBand) cell->above += 1;

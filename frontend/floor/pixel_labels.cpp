@@ -6,10 +6,16 @@
 #include <cmath>
 #include <cstring>
 
+#include <lamina/frontend/floor/lanes.hpp>
+
 namespace lamina {
+
+using namespace lanes;
+
 namespace {
 
 constexpr int kPasses = 4;
+constexpr double kSmallShare = 0.03;  // of the image: planes that their border may bend
 using Candidates = PixelLabeller::Candidates;
 
 void fill_block(std::uint8_t* out, int stride, int width, int height, std::uint8_t mark) {
@@ -26,79 +32,55 @@ void fill_block(std::uint8_t* out, int stride, int width, int height, std::uint8
 
 constexpr int kRow = 8;
 
-// Best plane for each of up to eight pixels side by side; `v` from the principal point. Lanes are
-// of one width and their number is fixed, so that compilers make vectors of them.
-void label_eight(const float* d, int count, float u0, float v, const Candidates& planes,
-                 float limit, std::uint8_t* out) {
-  float value[kRow] = {}, best[kRow];
-  std::int32_t label[kRow] = {};
-  for (int i = 0; i < count; ++i) value[i] = d[i];
-  for (int i = 0; i < kRow; ++i) best[i] = 1e9F;
-  for (int k = 0; k < planes.count; ++k) {
-    const std::size_t kk = static_cast<std::size_t>(k);
-    const float a = planes.a[kk], base = planes.b[kk] * v + planes.c[kk] + a * u0;
-    const float weight = planes.weight[kk], offset = planes.offset[kk];
-    const std::int32_t mark = planes.label[kk] + 1;
-    for (int i = 0; i < kRow; ++i) {
-      const float r = value[i] - (base + a * static_cast<float>(i));
-      const float misfit = weight * r * r;
-      const float cost = misfit <= limit ? misfit + offset : 1e9F;
-      label[i] = cost < best[i] ? mark : label[i];
-      best[i] = cost < best[i] ? cost : best[i];
-    }
+// Best plane for each of four pixels side by side, the first at (u, v) from the principal point.
+Int4 label_four(const Float4& d, float u, float v, const Candidates& planes, float limit) {
+  constexpr Float4 kStep = {0, 1, 2, 3};
+  Float4 best = {1e9F, 1e9F, 1e9F, 1e9F};
+  Int4 label = {};
+  for (std::size_t k = 0; k < static_cast<std::size_t>(planes.count); ++k) {
+    const float start = planes.a[k] * u + planes.b[k] * v + planes.c[k];
+    const Float4 r = d - (start + planes.a[k] * kStep);
+    const Float4 misfit = planes.weight[k] * r * r;
+    const Float4 cost = misfit + planes.offset[k];
+    const Int4 better = (misfit <= limit) & (cost < best);
+    label = better ? Int4{} + (planes.label[k] + 1) : label;
+    best = better ? cost : best;
   }
-  for (int i = 0; i < count; ++i) {
-    out[i] = value[i] > 0 ? static_cast<std::uint8_t>(label[i]) : std::uint8_t{0};
-  }
+  return label & (d > 0.0F);
 }
 
-void label_row(const float* d, int count, float u0, float v, const Candidates& planes, float limit,
-               std::uint8_t* out) {
-  for (int i = 0; i < count; i += kRow) {
-    label_eight(d + i, std::min(kRow, count - i), u0 + static_cast<float>(i), v, planes, limit,
-                out + i);
+// Up to eight pixels side by side.
+void label_eight(const float* d, int count, float u, float v, const Candidates& planes, float limit,
+                 std::uint8_t* out) {
+  if (count == kRow) {
+    store4(out, label_four(load4(d), u, v, planes, limit));
+    store4(out + 4, label_four(load4(d + 4), u + 4, v, planes, limit));
+    return;
   }
+  float padded[kRow] = {};
+  std::uint8_t marks[kRow];
+  std::copy(d, d + count, padded);
+  label_eight(padded, kRow, u, v, planes, limit, marks);
+  std::copy(marks, marks + count, out);
 }
 
-// Sums over the pixels of one block that carry `mark`, lane by lane; from the middle of the block.
-struct LaneSums {
-  float n[kRow] = {}, y[kRow] = {}, yy[kRow] = {}, e[kRow] = {}, ye[kRow] = {}, ee[kRow] = {};
+// How many of eight bytes equal `mark`.
+int count_eight(const std::uint8_t* bytes, std::uint8_t mark) {
+  constexpr std::uint64_t kOnes = 0x0101010101010101ULL, kLow = 0x7F7F7F7F7F7F7F7FULL;
+  std::uint64_t x;
+  std::memcpy(&x, bytes, sizeof(x));
+  x ^= kOnes * mark;
+  const std::uint64_t equal = ~(((x & kLow) + kLow) | x) & ~kLow;  // top bit of each that is equal
+  return static_cast<int>(((equal >> 7) * kOnes) >> 56);
+}
 
-  void add_row(const float* d, const std::uint8_t* marks, std::uint8_t mark, float row,
-               float shift) {
-    for (int i = 0; i < kRow; ++i) {
-      const float m = marks[i] == mark ? 1.0F : 0.0F;
-      const float x = m * (d[i] - shift), z = m * row;
-      n[i] += m;
-      y[i] += z;
-      yy[i] += z * row;
-      e[i] += x;
-      ye[i] += x * row;
-      ee[i] += x * (d[i] - shift);
-    }
-  }
-
-  // (u, v, d): the place that was subtracted.
-  DisparitySums total(double u, double v, double d) const {
-    double s[10] = {};  // n x y e xx xy yy xe ye ee
-    for (int i = 0; i < kRow; ++i) {
-      const double x = i - 0.5 * (kRow - 1);
-      const double lane[6] = {n[i], y[i], yy[i], e[i], ye[i], ee[i]};
-      s[0] += lane[0];
-      s[1] += x * lane[0];
-      s[2] += lane[1];
-      s[3] += lane[3];
-      s[4] += x * x * lane[0];
-      s[5] += x * lane[1];
-      s[6] += lane[2];
-      s[7] += x * lane[3];
-      s[8] += lane[4];
-      s[9] += lane[5];
-    }
-    const DisparitySums sums{s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7], s[8], s[9]};
-    return sums.shifted(u, v, d);
-  }
-};
+DisparitySums to_sums(const BlockSums& s, double u, double v, double d) {
+  const auto wide = [](float x) { return static_cast<double>(x); };
+  const DisparitySums sums{wide(s.count()),  wide(s.sum_x()),  wide(s.sum_y()),  wide(s.sum_e()),
+                           wide(s.sum_xx()), wide(s.sum_xy()), wide(s.sum_yy()), wide(s.sum_xe()),
+                           wide(s.sum_ye()), wide(s.sum_ee())};
+  return sums.shifted(u, v, d);
+}
 
 }  // namespace
 
@@ -122,11 +104,38 @@ void PixelLabeller::label(const DisparityImage& image, const DisparityGeometry& 
   }
 }
 
+void PixelLabeller::rename(std::span<const std::int16_t> renamed) {
+  std::array<std::uint8_t, 256> marks{};
+  for (std::size_t k = 0; k < renamed.size(); ++k) {
+    marks[k + 1] = static_cast<std::uint8_t>(renamed[k] + 1);
+  }
+  std::vector<std::uint8_t>& is_border = scratch_;
+  is_border.assign(majority_.size(), 0);
+  for (const Border& border : border_) {
+    is_border[static_cast<std::size_t>(border.block)] = 1;
+    const Window w = window(border.block);
+    std::uint8_t* out = out_->data() + w.offset;
+    for (int v = 0; v < w.height; ++v, out += image_->width) {
+      for (int u = 0; u < w.width; ++u) out[u] = marks[out[u]];
+    }
+  }
+  for (std::size_t i = 0; i < majority_.size(); ++i) {
+    const std::int16_t label = majority_[i];
+    if (label < 0) continue;
+    majority_[i] = renamed[static_cast<std::size_t>(label)];
+    if (is_border[i] != 0 || majority_[i] == label) continue;
+    const Window w = window(static_cast<int>(i));
+    fill_block(out_->data() + w.offset, image_->width, w.width, w.height,
+               static_cast<std::uint8_t>(majority_[i] + 1));
+  }
+}
+
 // Blocks with a whole ring of their own kind are filled; the others make the border.
 void PixelLabeller::fill_inner(const PlaneRegions& regions) {
   const auto labels = regions.labels();
   const int columns = blocks_->columns, rows = blocks_->rows;
   const float whole = static_cast<float>(blocks_->size * blocks_->size);
+  majority_.assign(labels.begin(), labels.end());
   const auto is_inner = [&](int c, int r, std::int16_t label) {
     for (int rr = std::max(0, r - 1); rr <= std::min(rows - 1, r + 1); ++rr) {
       for (int cc = std::max(0, c - 1); cc <= std::min(columns - 1, c + 1); ++cc) {
@@ -142,7 +151,7 @@ void PixelLabeller::fill_inner(const PlaneRegions& regions) {
       const std::int16_t label = labels[static_cast<std::size_t>(i)];
       if (block.n <= 0) continue;
       if (label < 0 || block.n < whole || !is_inner(c, r, label)) {
-        border_.push_back(i);
+        border_.push_back(neighbours_of(regions, i));
         continue;
       }
       const Window w = window(i);
@@ -162,29 +171,42 @@ PixelLabeller::Window PixelLabeller::window(int block) const {
   return {u0, v0, std::min(image_->width - u0, size), std::min(image_->height - v0, size), offset};
 }
 
-// The planes of the blocks about, two blocks' reach, and what a residual from each costs: it is
-// twice the negative logarithm of its likelihood, so that a steep plane's wider noise does not win.
-PixelLabeller::Candidates PixelLabeller::candidates_around(const PlaneRegions& regions,
-                                                           int block) const {
+// The labels of the blocks about, two blocks' reach.
+PixelLabeller::Border PixelLabeller::neighbours_of(const PlaneRegions& regions, int block) const {
   const auto labels = regions.labels();
   const int c0 = block % blocks_->columns, r0 = block / blocks_->columns;
-  Candidates found;
+  Border found;
+  found.block = block;
+  std::int16_t last = -1;
   for (int r = std::max(0, r0 - 2); r <= std::min(blocks_->rows - 1, r0 + 2); ++r) {
     for (int c = std::max(0, c0 - 2); c <= std::min(blocks_->columns - 1, c0 + 2); ++c) {
       const std::int16_t label = labels[static_cast<std::size_t>(blocks_->index(c, r))];
-      if (label < 0 || found.count == Candidates::kMost) continue;
+      if (label < 0 || label == last || found.count == Candidates::kMost) continue;
+      last = label;
       const auto end = found.label.begin() + found.count;
-      if (std::find(found.label.begin(), end, label) != end) continue;
-      const std::size_t k = static_cast<std::size_t>(found.count++);
-      const DisparityPlane& p = regions.regions()[static_cast<std::size_t>(label)].plane;
-      found.label[k] = label;
-      found.a[k] = static_cast<float>(p.x());
-      found.b[k] = static_cast<float>(p.y());
-      found.c[k] = static_cast<float>(p.z());
-      const float ratio = 1 + jitter_variance(found.a[k], found.b[k]) / variance_;
-      found.weight[k] = 1 / (variance_ * ratio);
-      found.offset[k] = std::log(ratio);
+      if (std::find(found.label.begin(), end, label) == end) {
+        found.label[static_cast<std::size_t>(found.count++)] = label;
+      }
     }
+  }
+  return found;
+}
+
+// What a residual from each of the planes costs: twice the negative logarithm of its likelihood, so
+// that a steep plane's wider noise does not win.
+PixelLabeller::Candidates PixelLabeller::candidates_of(const PlaneRegions& regions,
+                                                       const Border& border) const {
+  Candidates found;
+  found.count = border.count;
+  found.label = border.label;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(border.count); ++k) {
+    const DisparityPlane& p = regions.regions()[static_cast<std::size_t>(border.label[k])].plane;
+    found.a[k] = static_cast<float>(p.x());
+    found.b[k] = static_cast<float>(p.y());
+    found.c[k] = static_cast<float>(p.z());
+    const float ratio = 1 + jitter_variance(found.a[k], found.b[k]) / variance_;
+    found.weight[k] = 1 / (variance_ * ratio);
+    found.offset[k] = offset_[static_cast<std::size_t>(border.label[k])];
   }
   return found;
 }
@@ -193,23 +215,31 @@ PixelLabeller::Candidates PixelLabeller::candidates_around(const PlaneRegions& r
 bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, bool again,
                                  float band) {
   bool any = false;
-  for (const int i : border_) {
-    const Candidates near = candidates_around(regions, i);
-    bool touched = false;
-    for (int k = 0; k < near.count; ++k) {
-      touched |= moved_[static_cast<std::size_t>(near.label[static_cast<std::size_t>(k)])] != 0;
-    }
+  offset_.clear();
+  for (const PlaneRegion& region : regions.regions()) {
+    const Eigen::Vector3f p = region.plane.cast<float>();
+    offset_.push_back(std::log(1 + jitter_variance(p.x(), p.y()) / variance_));
+  }
+  for (const Border& border : border_) {
+    const auto last = border.label.begin() + border.count;
+    const bool touched = std::any_of(border.label.begin(), last, [this](std::int16_t label) {
+      return moved_[static_cast<std::size_t>(label)] != 0;
+    });
     if (!touched) continue;
     any = true;
-    const Window w = window(i);
-    if (again) account(w, near, -1);
+    const Candidates near = candidates_of(regions, border);
+    const Window w = window(border.block);
+    if (again) account(border.block, w, near, -1);
     std::uint8_t* out = out_->data() + w.offset;
     for (int v = w.v0; v < w.v0 + w.height; ++v, out += image_->width) {
-      label_row(image_->row(v) + w.u0, w.width, static_cast<float>(w.u0 - geometry_->cx),
-                static_cast<float>(v - geometry_->cy), near, sigmas * sigmas, out);
+      for (int u = 0; u < w.width; u += kRow) {
+        label_eight(image_->row(v) + w.u0 + u, std::min(kRow, w.width - u),
+                    static_cast<float>(w.u0 + u - geometry_->cx),
+                    static_cast<float>(v - geometry_->cy), near, sigmas * sigmas, out + u);
+      }
     }
-    if (band > 0) settle_creases(regions, i, near, band);
-    account(w, near, 1);
+    if (band > 0) settle_creases(regions, border.block, near, band);
+    account(border.block, w, near, 1);
   }
   return any;
 }
@@ -268,38 +298,68 @@ float PixelLabeller::side_of(const PlaneRegions& regions, int block, int first, 
 }
 
 // Adds a block's pixels to (or takes them from) the sums of the regions they are labelled with.
-void PixelLabeller::account(const Window& w, const Candidates& near, int sign) {
-  const float* d = image_->row(w.v0) + w.u0;
+void PixelLabeller::account(int block, const Window& w, const Candidates& near, int sign) {
+  const std::size_t index = static_cast<std::size_t>(block);
   const std::uint8_t* marks = out_->data() + w.offset;
-  const double mid_v = w.v0 + 0.5 * (w.height - 1) - geometry_->cy;
-  for (int k = 0; k < near.count; ++k) {
-    const std::size_t label = static_cast<std::size_t>(near.label[static_cast<std::size_t>(k)]);
-    const std::uint8_t mark = static_cast<std::uint8_t>(label + 1);
-    for (int u = 0; u < w.width; u += kRow) {
-      LaneSums lanes;
-      const std::size_t ku = static_cast<std::size_t>(k);
-      const double mid_u = w.u0 + u + 0.5 * (kRow - 1) - geometry_->cx;
-      const float shift = static_cast<float>(near.a[ku] * mid_u + near.b[ku] * mid_v + near.c[ku]);
-      for (int v = 0; v < w.height; ++v) {
-        const float y = static_cast<float>(v) - 0.5F * static_cast<float>(w.height - 1);
-        const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(v) * image_->width + u;
-        if (w.width - u >= kRow) {
-          lanes.add_row(d + at, marks + at, mark, y, shift);
-          continue;
-        }
-        float row[kRow] = {};
-        std::uint8_t row_marks[kRow] = {};
-        std::copy(d + at, d + at + (w.width - u), row);
-        std::copy(marks + at, marks + at + (w.width - u), row_marks);
-        lanes.add_row(row, row_marks, mark, y, shift);
+  majority_[index] = -1;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(near.count); ++k) {
+    const std::uint8_t mark = static_cast<std::uint8_t>(near.label[k] + 1);
+    int count = 0;
+    for (int v = 0; v < w.height; ++v) {
+      const std::uint8_t* row = marks + static_cast<std::ptrdiff_t>(v) * image_->width;
+      if (w.width == kRow) {
+        count += count_eight(row, mark);
+      } else {
+        count += static_cast<int>(std::count(row, row + w.width, mark));
       }
-      const DisparitySums sums = lanes.total(mid_u, mid_v, static_cast<double>(shift));
-      if (sign > 0)
-        sums_[label] += sums;
-      else
-        sums_[label] -= sums;
+    }
+    if (count == 0) continue;
+    if (2 * count >= blocks_->size * blocks_->size) majority_[index] = near.label[k];
+    DisparitySums& sums = sums_[static_cast<std::size_t>(near.label[k])];
+    const bool all = count == w.width * w.height;
+    const Block& whole = blocks_->blocks[index];
+    const DisparitySums part = all && whole.n >= static_cast<float>(count)
+                                   ? whole.sums()
+                                   : sums_of(w, mark, {near.a[k], near.b[k], near.c[k]});
+    if (sign > 0) {
+      sums += part;
+    } else {
+      sums -= part;
     }
   }
+}
+
+// Of a window's pixels with a mark.
+DisparitySums PixelLabeller::sums_of(const Window& w, std::uint8_t mark,
+                                     const Eigen::Vector3f& plane) const {
+  const double mid_v = w.v0 + 0.5 * (w.height - 1) - geometry_->cy;
+  DisparitySums total;
+  for (int u = 0; u < w.width; u += kRow) {
+    const int width = std::min(kRow, w.width - u);
+    const double mid_u = w.u0 + u + 0.5 * (kRow - 1) - geometry_->cx;
+    const float shift =
+        plane.dot(Eigen::Vector3f(static_cast<float>(mid_u), static_cast<float>(mid_v), 1));
+    BlockSums sums;
+    for (int v = 0; v < w.height; ++v) {
+      const float y = static_cast<float>(v) - 0.5F * static_cast<float>(w.height - 1);
+      float padded[kRow] = {};
+      std::uint8_t padded_marks[kRow] = {};
+      const float* d = image_->row(w.v0 + v) + w.u0 + u;
+      const std::uint8_t* marks =
+          out_->data() + w.offset + static_cast<std::ptrdiff_t>(v) * image_->width + u;
+      if (width < kRow) {
+        std::copy(d, d + width, padded);
+        std::copy(marks, marks + width, padded_marks);
+        d = padded;
+        marks = padded_marks;
+      }
+      for (int half = 0; half < 2; ++half) {
+        sums.add(half, load4(marks + 4 * half) == mark, load4(d + 4 * half) - shift, y);
+      }
+    }
+    total += to_sums(sums, mid_u, mid_v, static_cast<double>(shift));
+  }
+  return total;
 }
 
 // Planes from their own pixels alone; marks those that moved by more than `least` px.
@@ -311,34 +371,11 @@ void PixelLabeller::refit(PlaneRegions& regions, double least) {
     moved_[k] = 0;
     const auto fit = sums_[k].fit();
     if (!fit) continue;
-    moved_[k] = sums_[k].mean_square(*fit - region.plane) > least * least;
+    // A large plane is not bent by its border.
+    const bool small = sums_[k].n < kSmallShare * static_cast<double>(image_->d.size());
+    moved_[k] = small && sums_[k].mean_square(*fit - region.plane) > least * least;
     region.plane = *fit;
   }
-}
-
-std::vector<std::int16_t> block_majority(const std::vector<std::uint8_t>& pixel_labels, int width,
-                                         int height, const BlockImage& blocks,
-                                         std::span<const std::int16_t> block_labels) {
-  std::vector<std::int16_t> result(block_labels.begin(), block_labels.end());
-  for (int r = 0; r < blocks.rows; ++r) {
-    for (int c = 0; c < blocks.columns; ++c) {
-      const std::size_t i = static_cast<std::size_t>(blocks.index(c, r));
-      if (result[i] >= 0 || blocks.blocks[i].n <= 0) continue;
-      std::array<int, 256> votes{};
-      const int v1 = std::min(height, (r + 1) * blocks.size);
-      const int u1 = std::min(width, (c + 1) * blocks.size);
-      for (int v = r * blocks.size; v < v1; ++v) {
-        const std::uint8_t* row =
-            pixel_labels.data() + static_cast<std::size_t>(v) * static_cast<std::size_t>(width);
-        for (int u = c * blocks.size; u < u1; ++u) ++votes[row[u]];
-      }
-      const auto most = std::max_element(votes.begin() + 1, votes.end());
-      if (2 * *most >= blocks.size * blocks.size) {
-        result[i] = static_cast<std::int16_t>(most - votes.begin() - 1);
-      }
-    }
-  }
-  return result;
 }
 
 }  // namespace lamina

@@ -27,20 +27,30 @@ class PixelLabeller {
   /// `sigma`: of one pixel's disparity (px).
   void label(const DisparityImage& image, const DisparityGeometry& g, const BlockImage& blocks,
              float sigma, PlaneRegions& regions, std::vector<std::uint8_t>& pixel_labels);
+  /// Of every block: the region that holds at least half of its pixels, -1: none.
+  const std::vector<std::int16_t>& majority() const { return majority_; }
+  /// Gives the regions of the last labelling new indices (-1: its pixels belong to none).
+  void rename(std::span<const std::int16_t> renamed);
 
  private:
   struct Window {
     int u0, v0, width, height;
     std::size_t offset;  ///< of its first pixel
   };
+  struct Border {
+    int block = 0, count = 0;
+    std::array<std::int16_t, Candidates::kMost> label{};
+  };
   Window window(int block) const;
   void fill_inner(const PlaneRegions& regions);
   bool label_border(const PlaneRegions& regions, float sigmas, bool again, float band);
-  Candidates candidates_around(const PlaneRegions& regions, int block) const;
+  Border neighbours_of(const PlaneRegions& regions, int block) const;
+  Candidates candidates_of(const PlaneRegions& regions, const Border& border) const;
   void settle_creases(const PlaneRegions& regions, int block, const Candidates& near, float band);
   float side_of(const PlaneRegions& regions, int block, int first, int second,
                 const Eigen::Vector3f& difference, float band) const;
-  void account(const Window& w, const Candidates& near, int sign);
+  void account(int block, const Window& w, const Candidates& near, int sign);
+  DisparitySums sums_of(const Window& w, std::uint8_t mark, const Eigen::Vector3f& plane) const;
   void refit(PlaneRegions& regions, double least);
 
   const DisparityImage* image_ = nullptr;
@@ -48,14 +58,11 @@ class PixelLabeller {
   const BlockImage* blocks_ = nullptr;
   std::vector<std::uint8_t>* out_ = nullptr;
   std::vector<DisparitySums> sums_;
-  std::vector<int> border_;
-  std::vector<std::uint8_t> moved_;
+  std::vector<Border> border_;
+  std::vector<std::int16_t> majority_;
+  std::vector<float> offset_;  ///< log of a plane's variance against that of one without slope
+  std::vector<std::uint8_t> moved_, scratch_;
   float variance_ = 1;  ///< px^2, of one pixel on a plane without slope
 };
-
-/// Labels of blocks after the pixel pass: the region that holds at least half of a block's pixels.
-std::vector<std::int16_t> block_majority(const std::vector<std::uint8_t>& pixel_labels, int width,
-                                         int height, const BlockImage& blocks,
-                                         std::span<const std::int16_t> block_labels);
 
 }  // namespace lamina

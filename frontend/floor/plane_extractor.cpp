@@ -2,7 +2,6 @@
 #include <lamina/frontend/floor/plane_extractor.hpp>
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -54,15 +53,13 @@ void PlaneExtractor::extract(const DepthFrame& frame, const MountingPrior& prior
   extract_floor_sections({up_camera, std::cos(options_.prior_cone_deg * kDegree)});
   extract_rest();
   regions_.merge();
-  regions_.settle_borders(4);
+  regions_.settle_borders(2);
   regions_.merge();
   regions_.keep_largest(0.5 * options_.min_plane_px);
   times_.planes_ms = watch.lap();
 
   labeller_.label(image_, geometry_, blocks_, static_cast<float>(sigma), regions_, pixel_labels_);
   drop_doubtful(static_cast<float>(6 * sigma));
-  block_labels_ =
-      block_majority(pixel_labels_, image_.width, image_.height, blocks_, regions_.labels());
   times_.refine_ms = watch.lap();
 }
 
@@ -76,12 +73,7 @@ void PlaneExtractor::drop_doubtful(float gate) {
     wanted.push_back(is_surface(evidence[k], misfit(regions_.regions()[k], noise_)));
   }
   if (std::find(wanted.begin(), wanted.end(), false) == wanted.end()) return;
-  const auto renamed = regions_.keep(wanted);
-  std::array<std::uint8_t, 256> marks{};
-  for (std::size_t k = 0; k < renamed.size(); ++k) {
-    marks[k + 1] = static_cast<std::uint8_t>(renamed[k] + 1);
-  }
-  for (std::uint8_t& mark : pixel_labels_) mark = marks[mark];
+  labeller_.rename(regions_.keep(wanted));
 }
 
 // Where nothing is known of the mounting, the largest plane that may be a floor levels the frame,

@@ -32,7 +32,7 @@ class PlaneExtractor {
   const BlockNoise& noise() const { return noise_; }
   const PlaneRegions& regions() const { return regions_; }
   std::vector<std::uint8_t>& pixel_labels() { return pixel_labels_; }
-  const std::vector<std::int16_t>& block_labels() const { return block_labels_; }
+  const std::vector<std::int16_t>& block_labels() const { return labeller_.majority(); }
   const std::vector<std::pair<int, int>>& skipped_sections() const { return skipped_; }
   const FloorStageTimes& times() const { return times_; }
   /// The prior, levelled by a first look where the mounting is not known.
@@ -58,7 +58,6 @@ class PlaneExtractor {
   SE3 T_level_camera_;
   std::vector<std::vector<int>> section_blocks_;
   std::vector<std::uint8_t> pixel_labels_;
-  std::vector<std::int16_t> block_labels_;
   std::vector<std::pair<int, int>> skipped_;
   FloorStageTimes times_;
 };
