@@ -14,7 +14,7 @@ using namespace lanes;
 
 namespace {
 
-constexpr int kPasses = 4;
+constexpr int kPasses = 8;
 constexpr double kSmallShare = 0.03;  // of the image: planes that their border may bend
 using Candidates = PixelLabeller::Candidates;
 
