@@ -13,6 +13,24 @@ Matrix6d still_covariance() {
   return variances.asDiagonal();
 }
 
+// A robot that was carried away may be anywhere near; the loops that find it say where.
+Matrix6d carried_away() {
+  constexpr double kMetres = 1, kRadians = 0.5;
+  Vector6d variances = Vector6d::Zero();
+  variances.head<2>().setConstant(kMetres * kMetres);
+  variances(5) = kRadians * kRadians;
+  return variances.asDiagonal();
+}
+
+// Odometry that what was seen contradicts: where it says nothing else does, its word stays.
+Matrix6d any_motion() {
+  constexpr double kMetres = 100, kRadians = 0.5;
+  Vector6d variances;
+  variances << Eigen::Vector3d::Constant(kMetres * kMetres),
+      Eigen::Vector3d::Constant(kRadians * kRadians);
+  return variances.asDiagonal();
+}
+
 // T_map_body of a body that sees this floor (body frame): floor at z = 0, origin above (0, 0), x of
 // the map along the body's heading.
 SE3 levelled_pose(const Plane& floor_body) {
@@ -22,9 +40,19 @@ SE3 levelled_pose(const Plane& floor_body) {
   return SE3(R, {0, 0, -floor_body.rho()});
 }
 
-// Tracks are predicted with the wheels' own uncertainty.
-TrackingOptions with_odometry(TrackingOptions tracking, const OdometryModel& odometry) {
-  tracking.odometry = odometry;
+bool is_level(const SE3& T_body_lidar, double max_tilt) {
+  const Eigen::Vector3d z_body = T_body_lidar.so3() * Eigen::Vector3d::UnitZ();
+  return std::abs(z_body.z()) >= std::cos(max_tilt);
+}
+
+// Tracks are predicted with the wheels' own uncertainty. A scanner that hangs or leans sees each
+// plane in few scans, far apart: there a track counts from its first sighting.
+TrackingOptions tracking_of(const Settings& settings, const Calibration& calibration) {
+  TrackingOptions tracking = settings.tracking;
+  tracking.odometry = calibration.odometry;
+  const bool level = !calibration.lidar ||
+                     is_level(calibration.lidar->T_body_lidar, settings.scan_odometry.max_tilt);
+  if (!level) tracking.min_observations = 1;
   return tracking;
 }
 
@@ -34,8 +62,9 @@ FrontEnd::FrontEnd(const Settings& settings, const Calibration& calibration)
     : planar_(calibration.odometry.planar),
       wheels_(calibration.odometry),
       floor_(settings.floor),
-      segments_(settings.segments, with_odometry(settings.tracking, calibration.odometry)),
-      scan_odometry_(settings.scan_odometry) {}
+      segments_(settings.segments, tracking_of(settings, calibration)),
+      scan_odometry_(settings.scan_odometry),
+      max_tilt_(settings.scan_odometry.max_tilt) {}
 
 std::optional<Step> FrontEnd::process(const Measurement& measurement, io::Metrics& metrics) {
   if (const auto* odometry = std::get_if<Odometry>(&measurement)) {
@@ -128,9 +157,10 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& scan, io::Metrics& m
   }
   Step step;
   ScanMotion motion;
+  const bool level = is_level(scan.lidar.T_body_lidar, max_tilt_);
   {
     const auto timer = metrics.time("odometry");
-    motion = scan_odometry_.process(scan, guess);
+    motion = move_by_scan(scan, guess, level);
   }
   {
     const auto timer = metrics.time("segments");
@@ -139,8 +169,16 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& scan, io::Metrics& m
   }
   if (!last_scan_) T_start_scan_body_ = dead_reckoned(scan.stamp);
   const SE3 T_start_body = T_start_scan_body_ * motion.T_prev_curr_body;
+  step.tracking_lost = level && last_scan_ && lost(motion);
+  if (step.tracking_lost) motion.covariance += carried_away();
+  if (!level && guess && segments_.tracker().contradicted()) {
+    ++skipped_["odometry that every scan line contradicts"];
+    motion.covariance += any_motion();
+    step.tracking_lost = true;
+  }
   step.motion = advance(T_start_body, held_level(motion.covariance), scan.stamp);
-  step.motion_known = guess.has_value() || motion.status == ScanMotion::Status::kTracked;
+  step.motion_known =
+      (guess.has_value() && !step.tracking_lost) || motion.status == ScanMotion::Status::kTracked;
   T_start_scan_body_ = T_start_body;
   if (last_scan_) {
     scan_interval_ = scan.stamp - *last_scan_;
@@ -150,8 +188,34 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& scan, io::Metrics& m
   wheels_.forget_before(scan.stamp);
   step.T_start_body = T_start_body;
   step.scan = scan;
-  step.scan_motion = motion;
+  if (level) step.scan_motion = motion;
   return step;
+}
+
+// Returns enough to tell, none of them where they should be.
+bool FrontEnd::lost(const ScanMotion& motion) const {
+  constexpr std::size_t kEnough = 30;
+  return motion.status == ScanMotion::Status::kPredicted &&
+         scan_odometry_.last_points().size() >= kEnough;
+}
+
+// Matching scans tells the motion in the plane of a level scanner. What it cannot tell, odometry
+// of six degrees may: height, roll and pitch, and all of it where the scanner looks another way.
+ScanMotion FrontEnd::move_by_scan(const LaserScan& scan, const std::optional<MotionGuess>& guess,
+                                  bool level) {
+  if (!level && guess) {
+    ScanMotion motion;
+    motion.T_prev_curr_body = guess->T_prev_curr_body;
+    motion.covariance = guess->covariance;
+    motion.status = ScanMotion::Status::kPredicted;
+    return motion;
+  }
+  ScanMotion motion = scan_odometry_.process(scan, guess);
+  if (!planar_ && guess) {
+    const SE3 flat = lifted(planar_part(guess->T_prev_curr_body));
+    motion.T_prev_curr_body = motion.T_prev_curr_body * (flat.inverse() * guess->T_prev_curr_body);
+  }
+  return motion;
 }
 
 // No wheels: the camera is the robot, at the mounting its calibration gives. The map's z is the

@@ -21,11 +21,14 @@ namespace lamina::apps {
 /// What one instant gave.
 struct Step {
   Observations observations;
-  Increment motion;               ///< of the body since the step before; identity for the first
-  bool motion_known = true;       ///< false: nothing measured it (constant velocity was assumed)
-  SE3 T_start_body;               ///< all motions so far, chained: dead reckoning
-  std::optional<LaserScan> scan;  ///< as measured, for loop closing and the occupancy grid
-  std::optional<ScanMotion> scan_motion;  ///< since the last scan, where this is one
+  Increment motion;          ///< of the body since the step before; identity for the first
+  bool motion_known = true;  ///< false: nothing measured it (constant velocity was assumed)
+  /// A scan with returns enough that does not fit the last ones wherever it is laid: the robot was
+  /// carried away, or the world changed. Its motion is a guess.
+  bool tracking_lost = false;
+  SE3 T_start_body;                       ///< all motions so far, chained: dead reckoning
+  std::optional<LaserScan> scan;          ///< as measured, for loop closing and the occupancy grid
+  std::optional<ScanMotion> scan_motion;  ///< since the last scan, of level scanners
   std::optional<ObstacleScan> obstacles;  ///< from depth: levelled frame of this instant
   SE3 T_body_levelled;                    ///< that frame in the body
 };
@@ -48,10 +51,13 @@ class FrontEnd {
  private:
   std::optional<Step> process_scan(const LaserScan& scan, io::Metrics& metrics);
   std::optional<Step> process_depth(const DepthFrame& frame, SensorKind kind, io::Metrics& metrics);
-  /// Chains the pose on and gives the increment since the last step.
+  bool lost(const ScanMotion& motion) const;
+  ScanMotion move_by_scan(const LaserScan& scan, const std::optional<MotionGuess>& guess,
+                          bool level);
   /// The motion since the last depth frame by the images alone; the first: T_map_body.
   Increment move_by_depth(const DepthFrame& frame, const FloorResult& floor, Step& step,
                           io::Metrics& metrics);
+  /// Chains the pose on and gives the increment since the last step.
   Increment advance(const SE3& T_start_body, const Matrix6d& covariance, Timestamp stamp);
   SE3 dead_reckoned(Timestamp stamp) const;
   Increment coast(Timestamp stamp) const;
@@ -70,6 +76,7 @@ class FrontEnd {
   DepthOdometry depth_odometry_;
   SegmentFrontend segments_;
   ScanOdometry scan_odometry_;
+  double max_tilt_;   // rad between scanner and body plane: beyond, scans are not matched
   SE3 T_start_body_;  // the chain of increments handed out so far
   std::optional<Timestamp> last_step_;
   std::optional<Timestamp> last_scan_;

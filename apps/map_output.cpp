@@ -2,6 +2,7 @@
 #include <lamina/apps/map_output.hpp>
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <cmath>
 #include <map>
@@ -39,8 +40,12 @@ OccupancyOptions occupancy_options(const Settings& settings) {
   return options;
 }
 
-// A scanner above the robot's own height still tells walls: its band is widened to hold it.
-OccupancyOptions with_scanner(OccupancyOptions options, double z) {
+// A level scanner above the robot's own height still tells walls: its band is widened to hold it.
+// One that hangs or leans crosses the robot's heights by itself, and may be far above them.
+OccupancyOptions with_scanner(OccupancyOptions options, const SE3& T_map_lidar) {
+  constexpr double kLevel = 0.94;  // cosine: within 20 degrees
+  if (std::abs((T_map_lidar.so3() * Eigen::Vector3d::UnitZ()).z()) < kLevel) return options;
+  const double z = T_map_lidar.translation().z();
   options.max_height = std::max(options.max_height, z + 0.1);
   options.min_height = std::min(options.min_height, z - 0.1);
   return options;
@@ -63,6 +68,13 @@ void MapOutput::add(const Step& step, const AddResult& added) {
   ++metrics.counts["steps"];
   if (added.is_keyframe) ++metrics.counts["keyframes"];
   if (!step.motion_known) ++metrics.counts["steps_with_unknown_motion"];
+  if (step.tracking_lost) {
+    ++metrics.counts["steps_with_tracking_lost"];
+    if (!lost_)
+      spdlog::warn("tracking lost at {:.3f} s: this scan does not fit the last ones",
+                   step.observations.stamp.seconds());
+  }
+  lost_ = step.tracking_lost;
   if (added.loop_closed) ++metrics.counts["loops"];
   if (step.scan) {
     scans_.push_back(*step.scan);
@@ -159,7 +171,7 @@ void MapOutput::write_grids(const PlanarMap& map, const Trajectory& trajectory) 
     if (!pose) continue;
     const SE3 T_map_lidar = *pose * scan.lidar.T_body_lidar;
     if (!occupancy) {
-      occupancy.emplace(with_scanner(occupancy_options(settings_), T_map_lidar.translation().z()));
+      occupancy.emplace(with_scanner(occupancy_options(settings_), T_map_lidar));
     }
     occupancy->add(T_map_lidar, beams_of(scan));
   }

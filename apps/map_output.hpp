@@ -52,6 +52,7 @@ class MapOutput {
   std::vector<Beams> beams_;      // for the occupancy grid
   std::vector<std::pair<Timestamp, std::vector<EdgePoint>>> edges_body_;
   Trajectory before_;
+  bool lost_ = false;  // at the last step
   std::string summary_;
 };
 

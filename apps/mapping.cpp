@@ -110,7 +110,7 @@ Mapper map_offline(Recording& recording, FrontEnd& front_end, const Settings& se
     loops.insert(loops.end(), found.begin(), found.end());
   };
   for_each_step(recording, front_end, output, quiet, [&](Step&& step) {
-    if (step.scan && settings.close_loops) {
+    if (step.scan_motion && settings.close_loops) {
       const auto timer = output.metrics.time("loops");
       gather(closer.add(*step.scan, *step.scan_motion));
     }
@@ -144,7 +144,7 @@ Mapper map_online(Recording& recording, FrontEnd& front_end, const Settings& set
   LoopBook book;
   for_each_step(recording, front_end, output, quiet, [&](Step&& step) {
     map_step(step, mapper, book, output);
-    if (step.scan && settings.close_loops) {
+    if (step.scan_motion && settings.close_loops) {
       const auto loops = closer.add(*step.scan, *step.scan_motion);
       if (book.hand_over(loops, mapper) > 0) {
         output.metrics.counts["scan_loops"] += static_cast<double>(loops.size());

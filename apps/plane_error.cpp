@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
+#include <optional>
+#include <set>
 
 #include <lamina/models/polygon.hpp>
 
@@ -22,11 +25,15 @@ std::vector<Eigen::Vector3d> samples_of(const MapPlane& plane) {
     const auto polygon = Polygon::from_vertices(flat);
     if (!polygon) continue;
     const auto [low, high] = polygon->bounds();
-    constexpr int kLattice = 16;
-    for (int i = 0; i < kLattice; ++i) {
-      for (int j = 0; j < kLattice; ++j) {
-        const Eigen::Vector2d p = low + Eigen::Vector2d((i + 0.5) / kLattice * (high - low).x(),
-                                                        (j + 0.5) / kLattice * (high - low).y());
+    const Eigen::Vector2d size = high - low;
+    const auto steps = [](double length) {
+      return std::clamp(static_cast<int>(std::ceil(length / 0.1)), 4, 64);
+    };
+    const int nx = steps(size.x()), ny = steps(size.y());
+    for (int i = 0; i < nx; ++i) {
+      for (int j = 0; j < ny; ++j) {
+        const Eigen::Vector2d p =
+            low + Eigen::Vector2d((i + 0.5) / nx * size.x(), (j + 0.5) / ny * size.y());
         if (polygon->contains(p)) samples.push_back(T_map_plane * Eigen::Vector3d(p.x(), p.y(), 0));
       }
     }
@@ -40,19 +47,90 @@ std::vector<Eigen::Vector3d> samples_of(const MapPlane& plane) {
   return samples;
 }
 
-double overlap(const std::vector<Eigen::Vector3d>& samples, const ReferencePlane& reference,
-               double border) {
-  if (reference.outline.empty()) return 0;
-  const SE3 T_plane = plane_frame(reference.plane, reference.outline.front()).inverse();
-  std::vector<Eigen::Vector2d> flat;
-  for (const auto& p : reference.outline) flat.push_back((T_plane * p).head<2>());
-  const auto polygon = Polygon::from_vertices(flat);
-  if (!polygon) return 0;
-  int inside = 0;
-  for (const auto& p : samples) {
-    if (polygon->signed_distance((T_plane * p).head<2>()) <= border) ++inside;
+double diagonal(const std::vector<Eigen::Vector3d>& points) {
+  if (points.empty()) return 0;
+  Eigen::Vector3d low = points.front(), high = points.front();
+  for (const auto& p : points) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
   }
-  return static_cast<double>(inside) / static_cast<double>(samples.size());
+  return (high - low).norm();
+}
+
+// A reference plane as it is asked: which points lie on it?
+class Target {
+ public:
+  explicit Target(const ReferencePlane& reference) : plane_(reference.plane) {
+    if (reference.outline.empty()) return;
+    T_plane_ = plane_frame(reference.plane, reference.outline.front()).inverse();
+    std::vector<Eigen::Vector2d> flat;
+    for (const auto& p : reference.outline) flat.push_back((T_plane_ * p).head<2>());
+    polygon_ = Polygon::from_vertices(flat);
+    size_ = diagonal(reference.outline);
+  }
+  // Distance from the outline in the plane, negative inside.
+  double beside(const Eigen::Vector3d& p) const {
+    if (!polygon_) return std::numeric_limits<double>::infinity();
+    return polygon_->signed_distance((T_plane_ * p).head<2>());
+  }
+  double above(const Eigen::Vector3d& p) const { return std::abs(plane_.signed_distance(p)); }
+  double size() const { return size_; }
+
+ private:
+  Plane plane_;
+  SE3 T_plane_;
+  std::optional<Polygon> polygon_;
+  double size_ = 0;
+};
+
+// One wall for each set of references that lie in one plane with doors between them at most: a map
+// plane that goes on beyond a door is right.
+std::vector<std::size_t> walls_of(const std::vector<ReferencePlane>& reference,
+                                  const std::vector<Target>& targets,
+                                  const PlaneMatchOptions& options) {
+  std::vector<std::size_t> wall(reference.size());
+  for (std::size_t i = 0; i < wall.size(); ++i) wall[i] = i;
+  for (std::size_t i = 0; i < wall.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (wall[i] == wall[j]) continue;
+      if (angle_between(reference[i].plane, reference[j].plane) > options.coplanar_angle) continue;
+      double apart = std::numeric_limits<double>::infinity();
+      bool coplanar = true;
+      for (const auto& p : reference[j].outline) {
+        coplanar = coplanar && targets[i].above(p) <= options.coplanar_distance;
+        apart = std::min(apart, targets[i].beside(p));
+      }
+      for (const auto& p : reference[i].outline) apart = std::min(apart, targets[j].beside(p));
+      if (!coplanar || apart > options.door) continue;
+      const std::size_t from = std::max(wall[i], wall[j]), into = std::min(wall[i], wall[j]);
+      std::replace(wall.begin(), wall.end(), from, into);
+    }
+  }
+  return wall;
+}
+
+// What of a map plane lies on each reference: every point counts for the one nearest to it.
+std::map<std::size_t, std::vector<Eigen::Vector3d>> assigned(
+    const std::vector<Eigen::Vector3d>& samples, const std::vector<std::size_t>& candidates,
+    const std::vector<Target>& targets, const PlaneMatchOptions& options) {
+  std::map<std::size_t, std::vector<Eigen::Vector3d>> result;
+  constexpr double kSame = 1e-3;  // m: neighbours in one plane, told apart by their outlines
+  for (const auto& p : samples) {
+    std::optional<std::size_t> best;
+    double best_above = 0, best_beside = 0;
+    for (const std::size_t j : candidates) {
+      const double above = targets[j].above(p), beside = targets[j].beside(p);
+      if (above > options.max_distance || beside > options.border) continue;
+      const bool nearer = !best || above < best_above - kSame ||
+                          (above < best_above + kSame && beside < best_beside);
+      if (!nearer) continue;
+      best = j;
+      best_above = above;
+      best_beside = beside;
+    }
+    if (best) result[*best].push_back(p);
+  }
+  return result;
 }
 
 PlaneMatch errors_of(const MapPlane& plane, const SE3& T_reference_map,
@@ -88,24 +166,29 @@ PlaneErrors plane_errors(const std::vector<MapPlane>& planes,
                          const std::vector<ReferencePlane>& reference, const SE3& T_reference_map,
                          const PlaneMatchOptions& options) {
   PlaneErrors errors;
+  const std::vector<Target> targets(reference.begin(), reference.end());
+  const std::vector<std::size_t> wall = walls_of(reference, targets, options);
   std::map<std::size_t, std::vector<std::pair<double, std::size_t>>> on_reference;
   for (std::size_t i = 0; i < planes.size(); ++i) {
     const Plane moved = T_reference_map * planes[i].plane_map;
-    const Eigen::Vector3d centroid = T_reference_map * planes[i].centroid_map;
     std::vector<Eigen::Vector3d> samples = samples_of(planes[i]);
     for (auto& p : samples) p = T_reference_map * p;
-    int lies_on = 0;
+    std::vector<std::size_t> candidates;
     for (std::size_t j = 0; j < reference.size(); ++j) {
-      const double angle = angle_between(moved, reference[j].plane);
-      if (angle > options.max_angle) continue;
-      if (std::abs(reference[j].plane.signed_distance(centroid)) > options.max_distance) continue;
-      const double share = overlap(samples, reference[j], options.border);
-      if (share < options.min_overlap) continue;
-      on_reference[j].emplace_back(share * planes[i].area, i);
-      ++lies_on;
+      if (angle_between(moved, reference[j].plane) <= options.max_angle) candidates.push_back(j);
     }
-    if (lies_on == 0) errors.spurious.push_back(planes[i].id);
-    if (lies_on > 1) errors.merged.push_back(planes[i].id);
+    std::set<std::size_t> walls;
+    bool lies = false;
+    for (const auto& [j, points] : assigned(samples, candidates, targets, options)) {
+      const double share = static_cast<double>(points.size()) / static_cast<double>(samples.size());
+      const bool much = share >= options.min_overlap;
+      if (!much && diagonal(points) < options.min_extent * targets[j].size()) continue;
+      on_reference[j].emplace_back(share * planes[i].area, i);
+      lies = true;
+      if (much) walls.insert(wall[j]);
+    }
+    if (!lies) errors.spurious.push_back(planes[i].id);
+    if (walls.size() > 1) errors.merged.push_back(planes[i].id);
   }
   for (std::size_t j = 0; j < reference.size(); ++j) {
     const auto found = on_reference.find(j);

@@ -27,7 +27,7 @@ struct PlaneErrors {
   std::vector<PlaneMatch> matches;     ///< the best map plane of each reference plane found
   std::vector<std::int64_t> missed;    ///< reference ids no map plane lies on
   std::vector<std::int64_t> split;     ///< reference ids with more than one map plane
-  std::vector<std::int64_t> merged;    ///< map ids that lie on more than one reference plane
+  std::vector<std::int64_t> merged;    ///< map ids that lie on more than one wall
   std::vector<std::int64_t> spurious;  ///< map ids that lie on none
   double rho_mean_m = 0, rho_max_m = 0, angle_mean_deg = 0, angle_max_deg = 0;
 };
@@ -35,9 +35,16 @@ struct PlaneErrors {
 struct PlaneMatchOptions {
   std::int64_t min_hits = 50;  ///< reference planes seen less are not asked for
   double max_angle = 0.6;      ///< rad, between normals of a match
-  double max_distance = 1.0;   ///< m, of the map plane's centroid from the reference plane
-  double min_overlap = 0.3;    ///< share of the map plane's outline that lies on the reference
-  double border = 0.25;        ///< m, by which reference outlines are grown in that test
+  double max_distance = 1.0;   ///< m, of a point of the map plane from the reference plane
+  /// A map plane lies on a reference when this share of it does, or what does is this long compared
+  /// with the reference. A point that several references hold counts for the nearest.
+  double min_overlap = 0.3;
+  double min_extent = 0.5;
+  double border = 0.25;  ///< m, by which reference outlines are grown in that test
+  /// References in one plane with gaps like doors are one wall: to map it as one is no mistake.
+  double door = 1.5;                ///< m
+  double coplanar_distance = 1e-3;  ///< m
+  double coplanar_angle = 1e-3;     ///< rad
 };
 
 /// `planes` are moved by T_reference_map first.

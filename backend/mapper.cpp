@@ -12,6 +12,7 @@ namespace lamina {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
+constexpr double kLevelScan = 0.94;  // cosine: within 20 degrees
 // The first keyframe defines the map: held to a tenth of a millimetre.
 constexpr double kHeldSigma = 1e-4;
 
@@ -71,6 +72,12 @@ void Mapper::Relative::advance(const SE3& T_prev_body, const Matrix6d& increment
 
 void Mapper::predict(Step& step) const {
   step.evidence = make_evidence(step.observations);
+  step.tracks.assign(step.observations.planes.size(), -1);
+  // A level scanner's walls stand where they are expected: there a track adds nothing but its
+  // mistakes at corners.
+  const SE3& T_body_sensor = step.observations.T_body_sensor;
+  const bool level = std::abs((T_body_sensor.so3() * Eigen::Vector3d::UnitZ()).z()) > kLevelScan;
+  for (const auto& o : step.observations.segments) step.tracks.push_back(level ? -1 : o.track);
   step.odometry = odometry_;
   step.estimate = estimate_;
   if (keyframe_ == KeyframeId::kNone) {
@@ -85,99 +92,6 @@ void Mapper::predict(Step& step) const {
   step.odometry.advance(step.T_prev_body, step.increment_covariance);
   step.estimate.advance(step.T_prev_body, step.increment_covariance);
   step.T_map_body = graph_.at(keyframe_).T_map_body * step.estimate.T_keyframe_body;
-}
-
-// ------------------------------------------------------------------------- association
-
-Eigen::Matrix<double, 9, 9> Mapper::relative_covariance(PlaneId id) const {
-  const auto known = joint_.find(id);
-  if (known != joint_.end()) return known->second;
-  // Not in the window at its last solution: what is known of both apart.
-  Eigen::Matrix<double, 9, 9> C = Eigen::Matrix<double, 9, 9>::Zero();
-  C.topLeftCorner<6, 6>() = keyframe_covariance_;
-  const PlaneLandmark& plane = graph_.at(id);
-  if (window_.contains(id)) {
-    C.topLeftCorner<6, 6>().setZero();  // new: it started from this keyframe
-    C.bottomRightCorner<3, 3>().diagonal() << 1e-4, 1e-4, 1e-4;
-  } else if (plane.covariance) {
-    C.bottomRightCorner<3, 3>() = *plane.covariance;
-  }
-  return C;
-}
-
-namespace {
-
-// From the keyframe's pose and the plane to the body's pose and the plane.
-Eigen::Matrix<double, 9, 9> carried(const Eigen::Matrix<double, 9, 9>& joint,
-                                    const SE3& T_keyframe_body, const Matrix6d& relative) {
-  Eigen::Matrix<double, 9, 9> A = Eigen::Matrix<double, 9, 9>::Identity();
-  A.topLeftCorner<6, 6>() = T_keyframe_body.inverse().adjoint();
-  Eigen::Matrix<double, 9, 9> C = A * joint * A.transpose();
-  C.topLeftCorner<6, 6>() += relative;
-  return C;
-}
-
-}  // namespace
-
-std::vector<AssociationCandidate> Mapper::candidates(const PlaneEvidence& evidence,
-                                                     const SE3& T_map_body) {
-  std::vector<AssociationCandidate> result;
-  std::vector<Eigen::Vector3d> points;
-  for (const auto& p : sample_outline(evidence.outline_body, index_.cell())) {
-    points.push_back(T_map_body * p);
-  }
-  if (evidence.moments_body.mean().allFinite()) {
-    points.push_back(T_map_body * evidence.moments_body.mean());
-  }
-  for (const PlaneId id : index_.near(points)) {
-    const PlaneLandmark& plane = graph_.at(id);
-    if (!plane.active) continue;
-    result.push_back({id, plane.plane_anchor, plane.anchor_map, relative_covariance(id)});
-  }
-  return result;
-}
-
-std::vector<AssociationCandidate> Mapper::tentative_candidates(const SE3&) const {
-  std::vector<AssociationCandidate> result;
-  for (std::size_t i = 0; i < tentatives_.size(); ++i) {
-    const PlaneLandmark& plane = tentatives_[i].landmark;
-    Eigen::Matrix<double, 9, 9> C = Eigen::Matrix<double, 9, 9>::Zero();
-    if (plane.covariance) C.bottomRightCorner<3, 3>() = *plane.covariance;
-    result.push_back({static_cast<PlaneId>(i), plane.plane_anchor, plane.anchor_map, C});
-  }
-  return result;
-}
-
-void Mapper::associate_all(Step& step) {
-  const auto tentative = tentative_candidates(step.T_map_body);
-  for (const auto& evidence : step.evidence) {
-    auto near = candidates(evidence, step.T_map_body);
-    // Planes that left the window are taken back one by one only where the prediction is sure
-    // enough to tell neighbours apart; otherwise by several at once (recognise()).
-    std::erase_if(near, [&](const AssociationCandidate& c) {
-      if (window_.contains(c.id)) return false;
-      const double sigma =
-          std::sqrt(c.covariance.topLeftCorner<3, 3>().diagonal().maxCoeff() + c.covariance(8, 8));
-      return !(sigma < 0.2 * options_.association.max_distance_m);
-    });
-    for (auto& c : near) {
-      c.covariance = carried(c.covariance, step.estimate.T_keyframe_body, step.estimate.covariance);
-    }
-    AssociationDecision decision = associate(evidence, step.T_map_body, near, options_.association);
-    std::optional<std::size_t> forming;
-    if (decision.plane == PlaneId::kNone && decision.reason != AssociationReason::kTooWeak &&
-        decision.reason != AssociationReason::kAmbiguous) {
-      auto young = tentative;
-      for (auto& c : young) {
-        c.covariance =
-            carried(c.covariance, step.estimate.T_keyframe_body, step.estimate.covariance);
-      }
-      const auto match = associate(evidence, step.T_map_body, young, options_.association);
-      if (match.plane != PlaneId::kNone) forming = static_cast<std::size_t>(match.plane);
-    }
-    step.result.decisions.push_back(decision);
-    step.tentative.push_back(forming);
-  }
 }
 
 // --------------------------------------------------------------------------- keyframes
@@ -238,11 +152,12 @@ void Mapper::gather(Step& step) {
     const PlaneEvidence evidence = moved(step.evidence[i], T, odometry_.covariance);
     if (decision.plane != PlaneId::kNone) {
       add_to_plane(decision.plane, evidence, stamp);
+      link_track(step.tracks[i], decision.plane);
     } else if (step.tentative[i]) {
-      add_to_tentative(*step.tentative[i], evidence, stamp);
+      add_to_tentative(*step.tentative[i], evidence, step.tracks[i], stamp);
     } else {
       tentatives_.emplace_back();
-      add_to_tentative(tentatives_.size() - 1, evidence, stamp);
+      add_to_tentative(tentatives_.size() - 1, evidence, step.tracks[i], stamp);
     }
   }
   for (auto& tentative : tentatives_) {
@@ -252,6 +167,11 @@ void Mapper::gather(Step& step) {
   std::erase_if(tentatives_, [this](const Tentative& t) {
     const auto age = static_cast<std::int64_t>(keyframe_) - static_cast<std::int64_t>(t.last);
     return t.evidence.empty() || age > options_.forget_keyframes;
+  });
+  std::erase_if(tracks_, [this](const auto& link) {
+    const auto age =
+        static_cast<std::int64_t>(keyframe_) - static_cast<std::int64_t>(link.second.last);
+    return age > options_.forget_keyframes;
   });
   for (const auto& patch : step.observations.floor_patches) {
     // Its own plane takes the noise floor; a patch too thin for a plane says nothing of a surfel.

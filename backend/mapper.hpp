@@ -94,8 +94,15 @@ class Mapper {
   // A plane that has not shown itself often enough yet.
   struct Tentative {
     PlaneLandmark landmark;
+    double tilt_sigma = 0;          // rad, of the prior on its tilt
+    std::set<std::int64_t> tracks;  // of the front-end
     std::map<KeyframeId, PlaneEvidence> evidence;
     KeyframeId last = KeyframeId::kNone;
+  };
+  // Which plane the front-end's track is of.
+  struct TrackLink {
+    PlaneId plane = PlaneId::kNone;
+    KeyframeId last = KeyframeId::kNone;  // when it was seen
   };
   struct Step;  // one call of add()
 
@@ -112,15 +119,23 @@ class Mapper {
   std::vector<AssociationCandidate> candidates(const PlaneEvidence& evidence,
                                                const SE3& T_map_body);
   std::vector<AssociationCandidate> tentative_candidates(const SE3& T_map_body) const;
+  AssociationDecision associate_one(std::size_t index, const Step& step);
+  std::optional<std::size_t> forming_plane(std::size_t index, const Step& step,
+                                           const std::vector<AssociationCandidate>& young) const;
+  std::optional<PlaneId> followed_plane(std::int64_t track) const;
+  void link_track(std::int64_t track, PlaneId plane);
   Eigen::Matrix<double, 9, 9> relative_covariance(PlaneId id) const;
   void add_to_plane(PlaneId id, const PlaneEvidence& evidence_keyframe, Timestamp stamp);
-  void add_to_tentative(std::size_t index, const PlaneEvidence& evidence_keyframe, Timestamp stamp);
+  void add_to_tentative(std::size_t index, const PlaneEvidence& evidence_keyframe,
+                        std::int64_t track, Timestamp stamp);
   void refit(Tentative& tentative) const;
   void hold_first_floor(PlaneId id);
   std::optional<PlaneId> promote(Tentative& tentative);
   void ensure_in_window(PlaneId id);
   Moments factor_moments(const PlaneEvidence& evidence) const;
   std::vector<std::pair<PlaneId, PlaneId>> merge_coplanar();
+  std::vector<std::pair<PlaneId, PlaneId>> merge_refined();
+  std::size_t drop_unsupported();
   bool recognise();
   void close_loop(const SE3& T_old_new, const std::vector<std::pair<PlaneId, PlaneId>>& pairs);
   void remember_merge(PlaneId from);
@@ -144,6 +159,7 @@ class Mapper {
   std::map<PlaneId, PlaneEvidence> gathered_;
   std::map<PlaneId, Eigen::Matrix<double, 9, 9>> joint_;  // with the present keyframe's pose
   std::vector<Tentative> tentatives_;
+  std::map<std::int64_t, TrackLink> tracks_;
   std::map<PlaneId, std::vector<OutlinePiece>> outlines_;
   std::set<PlaneId> partial_;              // seen by segments alone
   PlaneId first_floor_ = PlaneId::kNone;   // held where the frames say,

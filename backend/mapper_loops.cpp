@@ -127,13 +127,17 @@ RefineResult Mapper::refine(const RefineOptions& options,
     }
     std::erase_if(pieces, [&](const OutlinePiece& p) { return seen_from.count(p.keyframe) > 0; });
   }
-  if (!split.empty()) {
+  remake_outlines();
+  std::size_t changes = split.size();
+  if (options_.merge_planes) changes += merge_refined().size();
+  if (changes > 0) {
     const RefineResult first = result;
     result = lamina::refine(graph_, options, progress);
     result.iterations += first.iterations;
     result.solve_s += first.solve_s;
+    remake_outlines();
   }
-  remake_outlines();
+  drop_unsupported();
   if (keyframe_ == KeyframeId::kNone) return result;
   // The window follows as one body: its prior says nothing about where it is, only how it hangs
   // together.

@@ -21,24 +21,44 @@ Eigen::Matrix3d plane_information(const Moments& m, const Eigen::Vector3d& norma
   return H;
 }
 
-// The plane through partial views: along their common line and as nearly as it gets along the
-// scans' normal.
-std::optional<Plane> perpendicular_plane(const Moments& m, const Eigen::Vector3d& scan_normal,
-                                         const Eigen::Vector3d& towards) {
+// The plane through partial views: along their common line, as upright on the scans as a prior of
+// `tilt_sigma` and what the views say of the tilt leave it. The best of
+//   n^T S n + |n - n_upright|^2 / tilt_sigma^2   over unit n, by Gauss-Newton; it goes through the
+// moments' mean.
+std::optional<Plane> upright_plane(const Moments& m, const Eigen::Vector3d& scan_normal,
+                                   const Eigen::Vector3d& towards, double tilt_sigma) {
   const auto line = m.fit_line();
   if (!line) return std::nullopt;
-  Eigen::Vector3d n = line->direction.cross(scan_normal);
-  if (n.norm() < 0.1) return std::nullopt;
+  Eigen::Vector3d upright = line->direction.cross(scan_normal);
+  // Views that moved along their plane have their longest extent that way, not along the scan.
+  if (upright.norm() < 0.5) upright = towards - towards.dot(scan_normal) * scan_normal;
+  if (!(upright.norm() > 1e-6)) return std::nullopt;
+  if (upright.dot(towards) < 0) upright = -upright;
+  upright.normalize();
+  const double prior = 1 / (tilt_sigma * tilt_sigma);
+  Eigen::Vector3d n = upright;
+  for (int round = 0; round < 10; ++round) {
+    const Matrix32d B = Plane::tangent_basis(n);
+    const Eigen::Matrix2d H = B.transpose() * m.scatter() * B + prior * Eigen::Matrix2d::Identity();
+    const Eigen::Vector2d g = B.transpose() * (m.scatter() * n - prior * upright);
+    const Eigen::Vector2d step = -H.ldlt().solve(g);
+    if (!step.allFinite()) return std::nullopt;
+    n = (n + B * step).normalized();
+  }
   if (n.dot(towards) < 0) n = -n;
-  n.normalize();
   return Plane::from_normal_rho(n, n.dot(m.mean()));
 }
+
+// Level scanners meet walls; what one that hangs or leans meets may have any tilt.
+constexpr double kLevelScan = 0.94;  // cosine: within 20 degrees
+constexpr double kOpenTiltDegrees = 45;
 
 }  // namespace
 
 // ------------------------------------------------------------------------------ forming
 
-void Mapper::add_to_tentative(std::size_t index, const PlaneEvidence& evidence, Timestamp stamp) {
+void Mapper::add_to_tentative(std::size_t index, const PlaneEvidence& evidence, std::int64_t track,
+                              Timestamp stamp) {
   Tentative& t = tentatives_[index];
   const auto known = t.evidence.find(keyframe_);
   if (known == t.evidence.end()) {
@@ -53,6 +73,7 @@ void Mapper::add_to_tentative(std::size_t index, const PlaneEvidence& evidence, 
   t.landmark.votes.sub_dominant += evidence.votes.sub_dominant;
   t.landmark.votes.obstacle += evidence.votes.obstacle;
   t.last = keyframe_;
+  if (track >= 0) t.tracks.insert(track);
   refit(t);
 }
 
@@ -73,9 +94,11 @@ void Mapper::refit(Tentative& t) const {
     t.evidence.clear();
     return;
   }
+  const bool level = std::abs(scan_normal.z()) > kLevelScan;
+  t.tilt_sigma = (!partial || level ? options_.prior_tilt_deg : kOpenTiltDegrees) * kDegree;
   std::optional<Plane> plane;
   if (partial) {
-    plane = perpendicular_plane(merged, scan_normal, towards);
+    plane = upright_plane(merged, scan_normal, towards, t.tilt_sigma);
   } else if (const auto fit = merged.fit_plane(merged.mean() + towards, 1.0)) {
     plane = fit->plane;
   }
@@ -87,7 +110,7 @@ void Mapper::refit(Tentative& t) const {
   t.landmark.anchor_map = plane->project(merged.mean());
   t.landmark.plane_anchor = plane->about(t.landmark.anchor_map);
   Eigen::Matrix3d H = plane_information(merged, plane->normal());
-  const double tilt = 1 / (options_.prior_tilt_deg * kDegree);
+  const double tilt = 1 / t.tilt_sigma;
   H.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, 1e-6);
   t.landmark.covariance = H.llt().solve(Eigen::Matrix3d::Identity());
 }
@@ -117,9 +140,17 @@ std::optional<PlaneId> Mapper::promote(Tentative& t) {
     index_.insert(id, sample_outline(points, index_.cell()));
     if (keyframe == keyframe_) gathered_.emplace(id, evidence);
   }
-  if (partial) partial_.insert(id);
+  for (const std::int64_t track : t.tracks) link_track(track, id);
+  const bool open = t.tilt_sigma > options_.prior_tilt_deg * kDegree;
+  if (partial && !open) partial_.insert(id);
+  if (open) {  // until the window says better: its tilt may be anything
+    Eigen::Matrix<double, 9, 9> C = Eigen::Matrix<double, 9, 9>::Zero();
+    C.bottomRightCorner<3, 3>() = t.landmark.covariance.value_or(Eigen::Matrix3d::Zero());
+    C.bottomRightCorner<3, 3>().diagonal().array() += 1e-4;
+    joint_[id] = C;
+  }
   // Directions that nothing may ever measure are held, in the window and in the graph alike.
-  const double tilt = options_.prior_tilt_deg * kDegree, rho = options_.prior_distance_m;
+  const double tilt = t.tilt_sigma, rho = options_.prior_distance_m;
   window_.add_weak_prior(id, tilt, rho);
   MarginalPrior prior;
   prior.planes = {id};

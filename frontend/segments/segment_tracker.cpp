@@ -51,10 +51,29 @@ std::vector<std::int64_t> SegmentTracker::update(const std::vector<ScanSegment>&
   for (std::size_t i = 0; i < segments.size(); ++i) {
     covariances_.push_back(observation_covariance(segments[i], floors[i]));
   }
+  const std::vector<SegmentTrack> before = tracks_;
   predict(T_prev_curr_scanner.inverse(), motion_covariance);
+  std::vector<int> column = match(segments);
+  contradicted_ = false;
+  const auto held = std::count_if(before.begin(), before.end(), [](const SegmentTrack& track) {
+    return track.missed == 0 && track.observations >= track.needed;
+  });
+  if (held > 0 && !segments.empty() && lost(column) == held) {
+    std::vector<SegmentTrack> moved = tracks_;
+    tracks_ = before;
+    Vector6d sigma;
+    sigma << Eigen::Vector3d::Constant(options_.no_odometry_sigma_m),
+        Eigen::Vector3d::Constant(options_.no_odometry_sigma_rad);
+    predict(SE3(), sigma.cwiseAbs2().asDiagonal());
+    const std::vector<int> still = match(segments);
+    contradicted_ = 2 * lost(still) <= held;
+    if (contradicted_) {
+      column = still;
+    } else {
+      tracks_ = std::move(moved);
+    }
+  }
   const std::size_t known = tracks_.size();
-  const std::vector<int> column = assign(static_cast<int>(known), static_cast<int>(segments.size()),
-                                         candidates(segments), options_.gate + kMaxLogTerm);
   std::vector<int> owner(segments.size(), -1);
   for (std::size_t t = 0; t < known; ++t) {
     if (column[t] < 0) {
@@ -77,6 +96,22 @@ std::vector<std::int64_t> SegmentTracker::update(const std::vector<ScanSegment>&
   }
   retire(stamp);
   return ids;
+}
+
+// The best assignment: the segment of each track, -1 for none.
+std::vector<int> SegmentTracker::match(const std::vector<ScanSegment>& segments) const {
+  return assign(static_cast<int>(tracks_.size()), static_cast<int>(segments.size()),
+                candidates(segments), options_.gate + kMaxLogTerm);
+}
+
+// Proven tracks of the scan before that found no segment.
+int SegmentTracker::lost(const std::vector<int>& column) const {
+  int n = 0;
+  for (std::size_t t = 0; t < tracks_.size(); ++t) {
+    const SegmentTrack& track = tracks_[t];
+    n += track.missed == 0 && track.observations >= track.needed && column[t] < 0 ? 1 : 0;
+  }
+  return n;
 }
 
 void SegmentTracker::predict(const SE3& T_curr_prev, const Matrix6d& covariance) {

@@ -58,11 +58,16 @@ class SegmentTracker {
   bool set_plane(std::int64_t track, const Plane& plane_scanner, const Eigen::Matrix3d& covariance);
 
   const std::vector<SegmentTrack>& tracks() const { return tracks_; }
+  /// The last motion fitted none of the tracks just seen, while holding still fits most of them:
+  /// the motion is wrong, and tracks were followed without it.
+  bool contradicted() const { return contradicted_; }
   const TrackingCounts& counts() const { return counts_; }
   const TrackingOptions& options() const { return options_; }
 
  private:
   void predict(const SE3& T_curr_prev, const Matrix6d& covariance);
+  std::vector<int> match(const std::vector<ScanSegment>& segments) const;
+  int lost(const std::vector<int>& column) const;
   std::vector<AssignmentCandidate> candidates(const std::vector<ScanSegment>& segments) const;
   std::optional<double> match_cost(const SegmentTrack& track, const ScanSegment& segment,
                                    const Eigen::Matrix2d& R, double allowed_gap) const;
@@ -76,6 +81,7 @@ class SegmentTracker {
   std::vector<SegmentTrack> tracks_;
   std::vector<Eigen::Matrix2d> covariances_;  // of this scan's segments, floor included
   std::vector<NoiseFloor> floors_;
+  bool contradicted_ = false;
   std::int64_t next_id_ = 0;
   TrackingCounts counts_;
 };

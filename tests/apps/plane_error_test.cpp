@@ -50,6 +50,23 @@ TEST(PlaneErrors, TellsMissedSplitMergedAndSpurious) {
   EXPECT_EQ(errors.missed, std::vector<std::int64_t>{4});
 }
 
+TEST(PlaneErrors, AWallGoesOnBeyondItsDoors) {
+  const std::vector<ReferencePlane> truth{true_wall(1, 5, -4, -1), true_wall(2, 5, 0, 3)};
+  const auto errors = plane_errors({map_wall(10, 5, -4, 3)}, truth, SE3());
+  EXPECT_TRUE(errors.merged.empty() && errors.missed.empty() && errors.split.empty());
+  EXPECT_EQ(errors.matches.size(), 2u);
+}
+
+TEST(PlaneErrors, APillarBeforeAWallIsNotTheWall) {
+  const std::vector<ReferencePlane> truth{true_wall(1, 5, -4, 4), true_wall(2, 4.8, -0.3, 0.3)};
+  const std::vector<MapPlane> map{map_wall(10, 5, -4, 4), map_wall(11, 4.79, -0.3, 0.3)};
+  const auto errors = plane_errors(map, truth, SE3());
+  EXPECT_TRUE(errors.merged.empty() && errors.missed.empty() && errors.split.empty());
+  ASSERT_EQ(errors.matches.size(), 2u);
+  EXPECT_EQ(errors.matches[0].map_id, 10);
+  EXPECT_EQ(errors.matches[1].map_id, 11);
+}
+
 TEST(PlaneErrors, MovesTheMapFirst) {
   const SE3 T_reference_map(SO3::rot_z(0.3), {1, 2, 0});
   auto truth = true_wall(1, 5, -1, 1);

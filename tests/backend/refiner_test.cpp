@@ -140,6 +140,22 @@ TEST(Refiner, DegenerateInputHasADefinedResult) {
   EXPECT_FALSE(broken.problems.empty());
 }
 
+TEST(Refiner, APlaneKeepsTheSideItWasSeenFrom) {
+  // A robot's body lies on its floor, or below it by an error: its origin tells no side.
+  Graph graph;
+  Moments floor;
+  for (int i = 0; i < 25; ++i) floor.add({0.2 * (i % 5), 0.2 * (i / 5), 0.001}, 1e4);
+  const PlaneId id = graph.add_plane(PlaneLandmark::at(Plane({0, 0, 1}, 0), {0, 0, 0}));
+  for (int k = 0; k < 3; ++k) {
+    const KeyframeId at = graph.add_keyframe(Timestamp::from_nanoseconds(k),
+                                             SE3::from_translation({0.3 * k, 0, -0.002}));
+    graph.plane_moments.push_back({at, id, floor, ExtrinsicsId::kNone, 1.0});
+  }
+  fit_planes_to_evidence(graph);
+  EXPECT_GT(graph.at(id).plane_anchor.normal().z(), 0.999);
+  EXPECT_NEAR(graph.at(id).plane_map().rho(), -0.001, 1e-9);
+}
+
 TEST(Refiner, UnconnectedPartsHoldOneKeyframeEach) {
   Graph graph;
   for (int i = 0; i < 4; ++i) graph.add_keyframe(Timestamp(), SE3::planar(i, 0, 0));

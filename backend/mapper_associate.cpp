@@ -1,0 +1,154 @@
+// Which plane each observation is of: candidates, what the front-end followed, planes in the
+// making.
+#include <cmath>
+#include <limits>
+
+#include <lamina/backend/mapper.hpp>
+#include <lamina/backend/mapper_step.hpp>
+
+namespace lamina {
+
+AssociationOptions followed(const AssociationOptions& options) {
+  constexpr double kFollowedDegrees = 60;
+  AssociationOptions wide = options;
+  wide.max_angle_deg = std::max(options.max_angle_deg, kFollowedDegrees);
+  wide.max_distance_m = std::numeric_limits<double>::infinity();
+  return wide;
+}
+
+Eigen::Matrix<double, 9, 9> Mapper::relative_covariance(PlaneId id) const {
+  const auto known = joint_.find(id);
+  if (known != joint_.end()) return known->second;
+  // Not in the window at its last solution: what is known of both apart.
+  Eigen::Matrix<double, 9, 9> C = Eigen::Matrix<double, 9, 9>::Zero();
+  C.topLeftCorner<6, 6>() = keyframe_covariance_;
+  const PlaneLandmark& plane = graph_.at(id);
+  if (window_.contains(id)) {
+    C.topLeftCorner<6, 6>().setZero();  // new: it started from this keyframe
+    C.bottomRightCorner<3, 3>().diagonal() << 1e-4, 1e-4, 1e-4;
+  } else if (plane.covariance) {
+    C.bottomRightCorner<3, 3>() = *plane.covariance;
+  }
+  return C;
+}
+
+namespace {
+
+// From the keyframe's pose and the plane to the body's pose and the plane.
+Eigen::Matrix<double, 9, 9> carried(const Eigen::Matrix<double, 9, 9>& joint,
+                                    const SE3& T_keyframe_body, const Matrix6d& relative) {
+  Eigen::Matrix<double, 9, 9> A = Eigen::Matrix<double, 9, 9>::Identity();
+  A.topLeftCorner<6, 6>() = T_keyframe_body.inverse().adjoint();
+  Eigen::Matrix<double, 9, 9> C = A * joint * A.transpose();
+  C.topLeftCorner<6, 6>() += relative;
+  return C;
+}
+
+}  // namespace
+
+std::vector<AssociationCandidate> Mapper::candidates(const PlaneEvidence& evidence,
+                                                     const SE3& T_map_body) {
+  std::vector<AssociationCandidate> result;
+  std::vector<Eigen::Vector3d> points;
+  for (const auto& p : sample_outline(evidence.outline_body, index_.cell())) {
+    points.push_back(T_map_body * p);
+  }
+  if (evidence.moments_body.mean().allFinite()) {
+    points.push_back(T_map_body * evidence.moments_body.mean());
+  }
+  for (const PlaneId id : index_.near(points)) {
+    const PlaneLandmark& plane = graph_.at(id);
+    if (!plane.active) continue;
+    result.push_back({id, plane.plane_anchor, plane.anchor_map, relative_covariance(id)});
+  }
+  return result;
+}
+
+std::vector<AssociationCandidate> Mapper::tentative_candidates(const SE3&) const {
+  std::vector<AssociationCandidate> result;
+  for (std::size_t i = 0; i < tentatives_.size(); ++i) {
+    const PlaneLandmark& plane = tentatives_[i].landmark;
+    Eigen::Matrix<double, 9, 9> C = Eigen::Matrix<double, 9, 9>::Zero();
+    if (plane.covariance) C.bottomRightCorner<3, 3>() = *plane.covariance;
+    result.push_back({static_cast<PlaneId>(i), plane.plane_anchor, plane.anchor_map, C});
+  }
+  return result;
+}
+
+std::optional<PlaneId> Mapper::followed_plane(std::int64_t track) const {
+  const auto link = tracks_.find(track);
+  if (track < 0 || link == tracks_.end()) return std::nullopt;
+  const PlaneLandmark* plane = graph_.find(link->second.plane);
+  while (plane && !plane->active && plane->merged_into != PlaneId::kNone) {
+    plane = graph_.find(plane->merged_into);
+  }
+  if (!plane || !plane->active) return std::nullopt;
+  return plane->id;
+}
+
+void Mapper::link_track(std::int64_t track, PlaneId plane) {
+  if (track >= 0) tracks_[track] = {plane, keyframe_};
+}
+
+AssociationDecision Mapper::associate_one(std::size_t index, const Step& step) {
+  const PlaneEvidence& evidence = step.evidence[index];
+  const auto here = [&](AssociationCandidate& c) {
+    c.covariance = carried(c.covariance, step.estimate.T_keyframe_body, step.estimate.covariance);
+  };
+  // What the front-end followed comes first: its prediction is a scan old, not a keyframe.
+  const auto same = followed_plane(step.tracks[index]);
+  if (same && window_.contains(*same)) {
+    const PlaneLandmark& plane = graph_.at(*same);
+    AssociationCandidate c{*same, plane.plane_anchor, plane.anchor_map, relative_covariance(*same)};
+    here(c);
+    const auto decision =
+        associate(evidence, step.T_map_body, std::span(&c, 1), followed(options_.association));
+    if (decision.plane != PlaneId::kNone) return decision;
+  }
+  auto near = candidates(evidence, step.T_map_body);
+  // Planes that left the window are taken back one by one only where the prediction is sure
+  // enough to tell neighbours apart; otherwise by several at once (recognise()).
+  std::erase_if(near, [&](const AssociationCandidate& c) {
+    if (window_.contains(c.id)) return false;
+    const double sigma =
+        std::sqrt(c.covariance.topLeftCorner<3, 3>().diagonal().maxCoeff() + c.covariance(8, 8));
+    return !(sigma < 0.2 * options_.association.max_distance_m);
+  });
+  for (auto& c : near) here(c);
+  return associate(evidence, step.T_map_body, near, options_.association);
+}
+
+// The plane in the making that the evidence is of.
+std::optional<std::size_t> Mapper::forming_plane(
+    std::size_t index, const Step& step, const std::vector<AssociationCandidate>& young) const {
+  const PlaneEvidence& evidence = step.evidence[index];
+  const std::int64_t track = step.tracks[index];
+  for (std::size_t i = 0; i < tentatives_.size(); ++i) {
+    if (track < 0 || !tentatives_[i].tracks.count(track)) continue;
+    const auto match = associate(evidence, step.T_map_body, std::span(&young[i], 1),
+                                 followed(options_.association));
+    if (match.plane != PlaneId::kNone) return i;
+  }
+  const auto match = associate(evidence, step.T_map_body, young, options_.association);
+  if (match.plane == PlaneId::kNone) return std::nullopt;
+  return static_cast<std::size_t>(match.plane);
+}
+
+void Mapper::associate_all(Step& step) {
+  auto young = tentative_candidates(step.T_map_body);
+  for (auto& c : young) {
+    c.covariance = carried(c.covariance, step.estimate.T_keyframe_body, step.estimate.covariance);
+  }
+  for (std::size_t i = 0; i < step.evidence.size(); ++i) {
+    const AssociationDecision decision = associate_one(i, step);
+    std::optional<std::size_t> forming;
+    if (decision.plane == PlaneId::kNone && decision.reason != AssociationReason::kTooWeak &&
+        decision.reason != AssociationReason::kAmbiguous) {
+      forming = forming_plane(i, step, young);
+    }
+    step.result.decisions.push_back(decision);
+    step.tentative.push_back(forming);
+  }
+}
+
+}  // namespace lamina
