@@ -47,6 +47,17 @@ class FrontEnd {
   bool levelled_by_image() const { return levelled_by_image_; }
   /// Measurements that were left out, by reason.
   std::map<std::string, std::int64_t> skipped() const;
+  /// For archives (models/archive.hpp): all that one measurement leaves to the next.
+  template <class A>
+  friend void fields(A& a, FrontEnd& v) {
+    a(v.depth_seen_, v.wheels_, v.depth_odometry_, v.segments_, v.scan_odometry_, v.T_start_body_,
+      v.last_step_, v.last_scan_, v.T_start_scan_body_, v.skipped_);
+    if constexpr (A::kReading) {
+      v.floor_.load(a);
+    } else {
+      v.floor_.save(a);
+    }
+  }
 
  private:
   std::optional<Step> process_scan(const LaserScan& scan, io::Metrics& metrics);

@@ -17,6 +17,7 @@
 #include <lamina/io/map_files.hpp>
 #include <lamina/io/ply_files.hpp>
 #include <lamina/io/scan_files.hpp>
+#include <lamina/io/session.hpp>
 #include <lamina/io/terrain_files.hpp>
 #include <lamina/viewer/report.hpp>
 
@@ -76,11 +77,16 @@ void MapOutput::add(const Step& step, const AddResult& added) {
   }
   lost_ = step.tracking_lost;
   if (added.loop_closed) ++metrics.counts["loops"];
-  if (step.scan) {
-    scans_.push_back(*step.scan);
-    beams_.push_back({step.scan->stamp, step.scan->lidar.T_body_lidar, beams_of(*step.scan)});
-  }
+  if (step.scan) scans_.push_back(*step.scan);
   if (step.obstacles) add_obstacles(*step.obstacles, step.T_body_levelled);
+}
+
+void MapOutput::take(const io::Session& session) {
+  parts_ = session.parts;
+  scans_ = session.scans;
+  edges_ = session.edges;
+  metrics.counts = session.counts;
+  metrics.skipped = session.skipped;
 }
 
 void MapOutput::add_obstacles(const ObstacleScan& obstacles, const SE3& T_body_levelled) {
@@ -89,26 +95,13 @@ void MapOutput::add_obstacles(const ObstacleScan& obstacles, const SE3& T_body_l
   for (const EdgePoint& edge : edge_points(obstacles, T_body_levelled)) {
     if (edge.negative) edges.push_back(edge);
   }
-  if (!edges.empty()) edges_body_.emplace_back(obstacles.stamp, std::move(edges));
-  // Drawn a little above the floor, so that the band of the robot holds it.
-  Beams beams{obstacles.stamp, T_body_levelled * SE3::from_translation({0, 0, 0.1}), {}};
-  for (std::size_t i = 0; i < obstacles.size(); ++i) {
-    const BeamCause cause = obstacles.cause[i];
-    const bool stops = cause == BeamCause::kObstacle || is_negative(cause);
-    const double seen = static_cast<double>(obstacles.floor_range[i]);
-    const double range = stops ? static_cast<double>(obstacles.range[i]) : seen;
-    if (!(range > 0)) continue;
-    const double angle = obstacles.angle(i);
-    beams.beams.push_back({range * Eigen::Vector2d(std::cos(angle), std::sin(angle)),
-                           std::max(0.01, static_cast<double>(obstacles.sigma[i])), stops});
-  }
-  beams_.push_back(std::move(beams));
+  if (!edges.empty()) edges_.push_back({obstacles.stamp, std::move(edges)});
 }
 
 // Rims of holes at the places the refined path gives them, one for each cell of the grid.
 void MapOutput::place_edges(const Trajectory& trajectory, PlanarMap& map) const {
   std::map<CellIndex, EdgePoint> places;
-  for (const auto& [stamp, edges] : edges_body_) {
+  for (const auto& [stamp, edges] : edges_) {
     const auto pose = trajectory.at(stamp);
     if (!pose) continue;
     for (const EdgePoint& edge : edges) {
@@ -186,6 +179,40 @@ void MapOutput::write_grids(const PlanarMap& map, const Trajectory& trajectory) 
                           occupancy ? occupancy->image(bounds) : std::vector<float>{});
 }
 
+// Joined maps: the path of each recording by its own clock, too.
+void MapOutput::write_parts(const Trajectory& trajectory) {
+  if (parts_.size() < 2) return;
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    Trajectory own;
+    for (const StampedPose& p : trajectory) {
+      if (p.stamp < parts_[i].first || p.stamp > parts_[i].last) continue;
+      own.add(Timestamp::from_nanoseconds(p.stamp.nanoseconds() - parts_[i].shift_ns), p.pose);
+    }
+    const std::string file = fmt::format("trajectory_{}.txt", i + 1);
+    io::write_trajectory(folder_ / file, own);
+    note(file, fmt::format("{} poses, as {} counts time", own.size(), parts_[i].name));
+  }
+}
+
+void MapOutput::write_session(const Mapper& mapper, const Trajectory& trajectory, bool online) {
+  io::Session session;
+  session.settings = to_yaml(settings_, false);
+  session.online = online;
+  session.parts = parts_;
+  if (parts_.empty() && !trajectory.empty()) {
+    session.parts.push_back({recording_, trajectory.front().stamp, trajectory.back().stamp, 0});
+  }
+  session.map = mapper.state();
+  session.scans = std::move(scans_);
+  session.edges = std::move(edges_);
+  session.before = before_;
+  session.counts = metrics.counts;
+  session.skipped = metrics.skipped;
+  io::write_session(folder_ / "session.lamina", session);
+  scans_ = std::move(session.scans);
+  edges_ = std::move(session.edges);
+}
+
 void MapOutput::write(const Mapper& mapper, bool online) {
   PlanarMap map = mapper.map();
   const Trajectory trajectory = online ? mapper.online_trajectory() : mapper.trajectory();
@@ -207,14 +234,20 @@ void MapOutput::write(const Mapper& mapper, bool online) {
   write_grids(map, trajectory);
   metrics.counts["planes"] = static_cast<double>(map.planes.size());
   metrics.counts["path_m"] = trajectory.length();
+  {
+    const auto timer = metrics.time("write");
+    write_session(mapper, trajectory, online);
+  }
   io::write_metrics(folder_ / "metrics.json", metrics);
   viewer::write_report(folder_);
   note("report.html", "the map to look at: open it in a browser");
   note("trajectory.txt", fmt::format("{} poses, {:.1f} m", trajectory.size(), trajectory.length()));
+  write_parts(trajectory);
   note("planes.json", fmt::format("{} planes", map.planes.size()));
   note("surfels.ply", fmt::format("{} surfels", map.surfels.size()));
   note("map.yaml, map.png", "navigability for map_server and nav2");
-  note("occupancy.yaml, occupancy.pgm", fmt::format("from {} scans", beams_.size()));
+  note("occupancy.yaml, occupancy.pgm", fmt::format("from {} scans", scans_.size()));
+  note("session.lamina", "the whole map, for `lamina refine`");
   note("metrics.json", skipped_text());
 }
 

@@ -9,8 +9,8 @@
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/backend/mapper.hpp>
-#include <lamina/grid/occupancy_grid.hpp>
 #include <lamina/io/metrics.hpp>
+#include <lamina/io/session.hpp>
 
 namespace lamina {
 struct RefineResult;
@@ -26,10 +26,14 @@ class MapOutput {
 
   /// Keeps the step's scan for scans.csv and the occupancy grid.
   void add(const Step& step, const AddResult& added);
+  /// Goes on from a session: its scans, rims, counts and parts; its map is the caller's.
+  void take(const io::Session& session);
   void add_skipped(const std::map<std::string, std::int64_t>& skipped);
   std::string skipped_text() const;
   void set_refinement(const RefineResult& result, const Trajectory& before,
                       const Trajectory& after);
+  /// The recording's name, for the session.
+  void set_recording(const std::string& name) { recording_ = name; }
   /// Writes every file of the contract; each appears whole or not at all.
   void write(const Mapper& mapper, bool online);
   /// What was written, one line each, for stdout.
@@ -40,17 +44,15 @@ class MapOutput {
   void place_edges(const Trajectory& trajectory, PlanarMap& map) const;
   void note(const std::string& file, const std::string& what);
   void write_grids(const PlanarMap& map, const Trajectory& trajectory);
+  void write_parts(const Trajectory& trajectory);
+  void write_session(const Mapper& mapper, const Trajectory& trajectory, bool online);
 
   std::filesystem::path folder_;
   Settings settings_;
-  struct Beams {
-    Timestamp stamp;
-    SE3 T_body_scan;
-    std::vector<OccupancyBeam> beams;
-  };
-  std::vector<LaserScan> scans_;  // for scans.csv
-  std::vector<Beams> beams_;      // for the occupancy grid
-  std::vector<std::pair<Timestamp, std::vector<EdgePoint>>> edges_body_;
+  std::string recording_;
+  std::vector<io::SessionPart> parts_;  // of a session that goes on
+  std::vector<LaserScan> scans_;        // for scans.csv and the occupancy grid
+  std::vector<io::SeenEdges> edges_;
   Trajectory before_;
   bool lost_ = false;  // at the last step
   std::string summary_;

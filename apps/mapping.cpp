@@ -5,6 +5,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <lamina/apps/checkpoint.hpp>
 #include <lamina/apps/dead_reckoning.hpp>
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/interrupt.hpp>
@@ -23,25 +24,9 @@ namespace {
 
 constexpr std::size_t kReadAhead = 16;  // frames: half a second of a 30 Hz camera
 
-void set_up_log(bool quiet) {
-  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
-      "lamina", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
-  spdlog::set_pattern("%^%l%$: %v");
-  spdlog::set_level(quiet ? spdlog::level::warn : spdlog::level::info);
-}
-
-// A long map has directions that hardly matter and settle slowly; the poses are where they belong
-// after a few steps a round.
-RefineOptions refine_options() {
-  RefineOptions options;
-  options.minimizer.max_iterations = 8;
-  options.max_rounds = 8;
-  return options;
-}
-
 void refine(Mapper& mapper, MapOutput& output) {
   const Trajectory before = mapper.trajectory();
-  const RefineResult result = mapper.refine(refine_options());
+  const RefineResult result = mapper.refine(map_refine_options());
   output.set_refinement(result, before, mapper.trajectory());
   if (result.status != SolveStatus::kConverged)
     spdlog::warn("refinement: {}", to_string(result.status));
@@ -57,25 +42,53 @@ void map_step(const Step& step, Mapper& mapper, LoopBook& book, MapOutput& outpu
   output.add(step, added);
 }
 
-// Reads everything; `take` gets each step. Ends early on Ctrl-C.
-void for_each_step(Recording& recording, FrontEnd& front_end, MapOutput& output, bool quiet,
-                   const std::function<std::int64_t(Step&&)>& take) {
+// What a run goes through with.
+struct Run {
+  Recording& recording;
+  FrontEnd& front_end;
+  const Settings& settings;
+  MapOutput& output;
+  Checkpoint* checkpoint;  // null: live, nothing to go on from
+  bool resume = false, quiet = false, interrupted = false;
+  LoopCloser closer{settings.loops};
+};
+
+// Reads everything; `take` gets each step with the loops its scan closed. Goes on from a checkpoint
+// when asked to; ends early on Ctrl-C.
+void for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& take) {
+  std::int64_t done = 0, planes = 0, skip = 0;
+  if (run.checkpoint && run.resume) {
+    skip = run.checkpoint->resume(run.front_end, run.closer,
+                                  [&](JournalEntry&& entry) { planes = take(std::move(entry)); });
+    if (skip > 0) spdlog::info("resumed after {} measurements", skip);
+  } else if (run.checkpoint) {
+    run.checkpoint->begin();
+  }
   const InterruptGuard interrupt;
-  Reader reader(recording, kReadAhead);
-  Progress progress(recording.size_hint(), quiet);
-  std::int64_t done = 0, planes = 0;
+  Reader reader(run.recording, kReadAhead);
+  Progress progress(run.recording.size_hint(), run.quiet);
+  io::Metrics& metrics = run.output.metrics;
   while (const auto measurement = reader.next()) {
-    if (auto step = front_end.process(*measurement, output.metrics))
-      planes = take(std::move(*step));
-    progress.update(++done, planes);
-    if (interrupt.interrupted()) {
+    if (++done <= skip) continue;
+    if (auto step = run.front_end.process(*measurement, metrics)) {
+      JournalEntry entry{std::move(*step), {}};
+      if (entry.step.scan_motion && run.settings.close_loops) {
+        const auto timer = metrics.time("loops");
+        entry.loops = run.closer.add(*entry.step.scan, *entry.step.scan_motion);
+      }
+      if (run.checkpoint) run.checkpoint->add(entry.step, entry.loops);
+      planes = take(std::move(entry));
+    }
+    if (run.checkpoint) run.checkpoint->measured(run.front_end, run.closer);
+    progress.update(done, planes);
+    if ((run.interrupted = interrupt.interrupted())) {
       spdlog::warn("interrupted: writing what is there");
       break;
     }
   }
   reader.stop();
   progress.finish();
-  output.metrics.stages["decode"] = reader.decode_times();
+  metrics.stages["decode"] = reader.decode_times();
 }
 
 // Where an image's floor gave the first pose, the map's floor takes its place: it becomes z = 0,
@@ -101,26 +114,23 @@ std::int64_t plane_count(const Mapper& mapper) {
 
 // Offline: dead reckoning and loops over the whole recording first, so that the mapper meets old
 // planes where they are; then window, loops and refinement.
-Mapper map_offline(Recording& recording, FrontEnd& front_end, const Settings& settings,
-                   MapOutput& output, bool quiet) {
+Mapper map_offline(Run& run) {
+  const Settings& settings = run.settings;
+  MapOutput& output = run.output;
   std::vector<Step> steps;
   std::vector<LoopClosure> loops;
-  LoopCloser closer(settings.loops);
   const auto gather = [&loops](const std::vector<LoopClosure>& found) {
     loops.insert(loops.end(), found.begin(), found.end());
   };
-  for_each_step(recording, front_end, output, quiet, [&](Step&& step) {
-    if (step.scan_motion && settings.close_loops) {
-      const auto timer = output.metrics.time("loops");
-      gather(closer.add(*step.scan, *step.scan_motion));
-    }
-    steps.push_back(std::move(step));
+  for_each_step(run, [&](JournalEntry&& entry) {
+    gather(entry.loops);
+    steps.push_back(std::move(entry.step));
     return std::int64_t{0};
   });
-  if (settings.close_loops) gather(closer.finish());
+  if (settings.close_loops) gather(run.closer.finish());
   MapperOptions options = settings.mapper;
   if (!loops.empty()) {
-    follow(steps, closer.corrected());
+    follow(steps, run.closer.corrected());
     // The path's loops are closed before the window sees it: smoothing must not bend it apart, and
     // nothing else needs to recognise places.
     options.window_motion_trust = 5;
@@ -137,27 +147,48 @@ Mapper map_offline(Recording& recording, FrontEnd& front_end, const Settings& se
 }
 
 // Online: what a robot would have had at each instant.
-Mapper map_online(Recording& recording, FrontEnd& front_end, const Settings& settings,
-                  MapOutput& output, bool quiet) {
-  Mapper mapper(settings.mapper);
-  LoopCloser closer(settings.loops);
+Mapper map_online(Run& run) {
+  MapOutput& output = run.output;
+  Mapper mapper(run.settings.mapper);
   LoopBook book;
-  for_each_step(recording, front_end, output, quiet, [&](Step&& step) {
-    map_step(step, mapper, book, output);
-    if (step.scan_motion && settings.close_loops) {
-      const auto loops = closer.add(*step.scan, *step.scan_motion);
-      if (book.hand_over(loops, mapper) > 0) {
-        output.metrics.counts["scan_loops"] += static_cast<double>(loops.size());
-        const auto timer = output.metrics.time("refine");
-        mapper.refine(refine_options());
-      }
+  for_each_step(run, [&](JournalEntry&& entry) {
+    map_step(entry.step, mapper, book, output);
+    if (book.hand_over(entry.loops, mapper) > 0) {
+      output.metrics.counts["scan_loops"] += static_cast<double>(entry.loops.size());
+      const auto timer = output.metrics.time("refine");
+      mapper.refine(map_refine_options());
     }
     return plane_count(mapper);
   });
   return mapper;
 }
 
+// What a checkpoint must have in common with the run that goes on from it; what changes no result
+// is left out.
+std::string identity(const MapRequest& request, Settings settings) {
+  settings.threads = 1;
+  settings.checkpoint_interval = 30;
+  return "input: " + request.input + "\nmode: " + (request.online ? "online" : "offline") + "\n" +
+         to_yaml(settings, false);
+}
+
 }  // namespace
+
+void set_up_log(bool quiet) {
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "lamina", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
+  spdlog::set_pattern("%^%l%$: %v");
+  spdlog::set_level(quiet ? spdlog::level::warn : spdlog::level::info);
+}
+
+// A long map has directions that hardly matter and settle slowly; the poses are where they belong
+// after a few steps a round.
+RefineOptions map_refine_options() {
+  RefineOptions options;
+  options.minimizer.max_iterations = 8;
+  options.max_rounds = 8;
+  return options;
+}
 
 Settings settings_of(const MapRequest& request) {
   Settings settings;
@@ -176,18 +207,25 @@ int run_map(const MapRequest& request) {
   const auto recording = open_recording(request.input);
   io::make_output_folder(request.output);
   MapOutput output(request.output, settings);
+  output.set_recording(request.input);
   FrontEnd front_end(settings, recording->calibration());
-
-  const Mapper mapper = request.online
-                            ? map_online(*recording, front_end, settings, output, request.quiet)
-                            : map_offline(*recording, front_end, settings, output, request.quiet);
+  const bool live = request.input.rfind("openni:", 0) == 0;
+  if (live && request.resume) {
+    throw Error("--resume: found the live device " + request.input + ", expected a recording");
+  }
+  Checkpoint checkpoint(request.output, identity(request, settings), settings.checkpoint_interval);
+  Run run{*recording,     front_end,    settings, output, live ? nullptr : &checkpoint,
+          request.resume, request.quiet};
+  const Mapper mapper = request.online ? map_online(run) : map_offline(run);
   output.add_skipped(recording->skipped());
   output.add_skipped(front_end.skipped());
   if (mapper.trajectory().empty()) {
     throw Error(request.input + ": found no scan and no depth frame that could be used (" +
                 output.skipped_text() + "), expected at least one");
   }
+  output.metrics.counts["checkpoints"] = static_cast<double>(checkpoint.saves());
   output.write(mapper, request.online);
+  if (!live && !run.interrupted) checkpoint.finish();
   fmt::print("{}", output.summary());
   return 0;
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <lamina/apps/settings.hpp>
+#include <lamina/backend/refiner.hpp>
 
 namespace lamina::apps {
 
@@ -24,6 +25,11 @@ struct MapRequest {
 /// Settings of a request: defaults, then the file, then --set, --seed, --threads. Throws
 /// lamina::Error for the first problem.
 Settings settings_of(const MapRequest& request);
+
+/// How whole maps are refined, after mapping and by `lamina refine`.
+RefineOptions map_refine_options();
+/// Log lines to stderr; warnings only when quiet.
+void set_up_log(bool quiet);
 
 /// Maps, writes everything, prints a summary on stdout. Returns the exit code.
 int run_map(const MapRequest& request);

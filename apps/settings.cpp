@@ -3,6 +3,9 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <fstream>
+#include <sstream>
+
 #include <lamina/apps/nearest.hpp>
 #include <lamina/models/error.hpp>
 
@@ -58,19 +61,28 @@ void set_assignment(Settings& settings, const std::string& assignment) {
   set(settings, assignment.substr(0, equals), assignment.substr(equals + 1), "--set");
 }
 
-void load(Settings& settings, const std::filesystem::path& file) {
+void load_text(Settings& settings, const std::string& yaml, const std::string& name) {
   YAML::Node root;
   try {
-    root = YAML::LoadFile(file.string());
-  } catch (const YAML::BadFile&) {
-    throw Error(file.string() + ": cannot be opened, expected a YAML file of settings");
+    root = YAML::Load(yaml);
   } catch (const YAML::Exception& error) {
-    throw Error(file.string() + ":" + std::to_string(error.mark.line + 1) + ": " + error.msg +
+    throw Error(name + ":" + std::to_string(error.mark.line + 1) + ": " + error.msg +
                 ", expected YAML");
   }
   if (root.IsNull()) return;
-  if (!root.IsMap()) throw Error(file.string() + ": found no keys, expected `key: value` lines");
-  load_node(settings, root, "", file.string());
+  if (!root.IsMap()) throw Error(name + ": found no keys, expected `key: value` lines");
+  load_node(settings, root, "", name);
+}
+
+void load(Settings& settings, const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::stringstream text;
+  if (std::filesystem::is_directory(file) || !(text << in.rdbuf())) {
+    if (!std::filesystem::is_regular_file(file) || std::filesystem::file_size(file) > 0) {
+      throw Error(file.string() + ": cannot be opened, expected a YAML file of settings");
+    }
+  }
+  load_text(settings, text.str(), file.string());
 }
 
 std::string to_yaml(const Settings& settings, bool comments) {

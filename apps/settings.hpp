@@ -48,6 +48,8 @@ void set(Settings& settings, const std::string& key, const std::string& value,
 void set_assignment(Settings& settings, const std::string& assignment);
 /// Reads a YAML file of nested or dotted keys over the settings.
 void load(Settings& settings, const std::filesystem::path& file);
+/// The same from text; `name` is what messages call it.
+void load_text(Settings& settings, const std::string& yaml, const std::string& name);
 /// All settings as nested YAML with comments; load() gives the same settings back.
 std::string to_yaml(const Settings& settings, bool comments);
 /// docs/parameters.md.

@@ -15,6 +15,11 @@ struct Increment {
   Matrix6d covariance;
 };
 
+template <class A>
+void fields(A& a, Increment& v) {
+  a(v.T_from_to, v.covariance);
+}
+
 /// Keeps the odometry since the last step and interpolates it to any stamp inside. A path is summed
 /// sample by sample, so that turning in place and driving back count as travel.
 class WheelTrack {
@@ -33,6 +38,12 @@ class WheelTrack {
   std::optional<SE3> at(Timestamp stamp) const;
 
   static constexpr double kMaxGap = 0.5;  ///< s
+
+  /// For archives (models/archive.hpp).
+  template <class A>
+  friend void fields(A& a, WheelTrack& v) {
+    a(v.samples_);
+  }
 
  private:
   OdometryModel model_;

@@ -12,6 +12,7 @@
 #include <lamina/backend/association.hpp>
 #include <lamina/backend/boundaries.hpp>
 #include <lamina/backend/graph.hpp>
+#include <lamina/backend/map_state.hpp>
 #include <lamina/backend/mapper_options.hpp>
 #include <lamina/backend/plane_evidence.hpp>
 #include <lamina/backend/plane_index.hpp>
@@ -47,6 +48,10 @@ struct MergeRecord {
 class Mapper {
  public:
   explicit Mapper(const MapperOptions& options = {});
+  /// A map at rest, to refine and to draw; nothing of it is in the window.
+  Mapper(const MapperOptions& options, MapState map);
+  /// The map at rest: planes carry the covariance that is known of them now.
+  MapState state() const;
 
   /// One depth frame or scan. `T_prev_body` is the body's motion since the last add() (the first:
   /// T_map_body itself) with its covariance in the right tangent (translation, rotation).
@@ -80,11 +85,7 @@ class Mapper {
   const MapperOptions& options() const { return options_; }
 
  private:
-  struct Frame {
-    Timestamp stamp;
-    KeyframeId keyframe = KeyframeId::kNone;
-    SE3 T_keyframe_body;
-  };
+  using Frame = MapFrame;
   // The body relative to its keyframe, with covariance in the right tangent.
   struct Relative {
     SE3 T_keyframe_body;

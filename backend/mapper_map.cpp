@@ -40,6 +40,25 @@ std::vector<std::string> MapperOptions::problems() const {
   return result;
 }
 
+Mapper::Mapper(const MapperOptions& options, MapState map) : Mapper(options) {
+  graph_ = std::move(map.graph);
+  frames_ = std::move(map.frames);
+  left_window_ = std::move(map.left_window);
+  outlines_ = std::move(map.outlines);
+  partial_ = std::move(map.partial);
+  surfels_ = std::move(map.surfels);
+  loose_body_ = std::move(map.loose_body);
+}
+
+MapState Mapper::state() const {
+  MapState map{graph_, frames_, left_window_, outlines_, partial_, surfels_, loose_body_};
+  for (const auto& [id, joint] : joint_) {
+    PlaneLandmark* plane = map.graph.find(id);
+    if (plane) plane->covariance = joint.bottomRightCorner<3, 3>();
+  }
+  return map;
+}
+
 MapPlane Mapper::map_plane(const PlaneLandmark& plane) const {
   MapPlane result;
   result.id = static_cast<std::int64_t>(plane.id);

@@ -4,6 +4,8 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include <lamina/models/error.hpp>
+
 namespace lamina {
 namespace {
 
@@ -73,6 +75,14 @@ void SurfelEvidence::add(KeyframeId keyframe, const Moments& m) {
     square[static_cast<std::size_t>(k)] = static_cast<std::int32_t>(std::clamp(c, -1e9, 1e9));
   }
   evidence_[keyframe][square].merge(m);
+}
+
+void SurfelEvidence::append(const SurfelEvidence& other, std::int64_t keyframe_offset) {
+  LAMINA_CHECK(other.cell_ == cell_);
+  for (const auto& [keyframe, squares] : other.evidence_) {
+    const auto id = static_cast<KeyframeId>(static_cast<std::int64_t>(keyframe) + keyframe_offset);
+    for (const auto& [square, moments] : squares) evidence_[id][square].merge(moments);
+  }
 }
 
 void SurfelEvidence::hand_over(KeyframeId from, KeyframeId into, const SE3& T_into_from) {

@@ -39,6 +39,13 @@ class SurfelEvidence {
   /// The floor by the keyframes' present poses. Parents: planes within level_gap_m of the evidence
   /// whose outline is under it, nearest first.
   SurfelFloor solve(const Graph& graph, const SurfelOptions& options) const;
+  /// All of `other`, its keyframes' ids raised by `keyframe_offset`. Cells must be of one size.
+  void append(const SurfelEvidence& other, std::int64_t keyframe_offset);
+  /// For archives (models/archive.hpp).
+  template <class A>
+  friend void fields(A& a, SurfelEvidence& v) {
+    a(v.cell_, v.evidence_);
+  }
 
  private:
   using Square = std::array<std::int32_t, 3>;

@@ -11,6 +11,7 @@
 #include <lamina/frontend/floor/stopwatch.hpp>
 #include <lamina/frontend/floor/surfels.hpp>
 #include <lamina/models/error.hpp>
+#include <lamina/models/model_archive.hpp>
 
 namespace lamina {
 namespace {
@@ -110,6 +111,9 @@ FloorFrontend::FloorFrontend(FloorFrontend&&) noexcept = default;
 FloorFrontend& FloorFrontend::operator=(FloorFrontend&&) noexcept = default;
 
 const FloorOptions& FloorFrontend::options() const { return state_->options; }
+
+void FloorFrontend::save(ArchiveWriter& archive) const { archive(state_->judge); }
+void FloorFrontend::load(ArchiveReader& archive) { archive(state_->judge); }
 
 void FloorFrontend::reset() { state_->judge = FloorJudge(state_->options); }
 

@@ -10,6 +10,9 @@
 
 namespace lamina {
 
+class ArchiveWriter;
+class ArchiveReader;
+
 /// The method of [FloorRansac] (docs/floor.md): region of interest, sub-sections, outliers,
 /// recursive RANSAC with the last normal as prior, dominant and sub-dominant planes, surfels.
 /// Depth images take a fast way over pixel blocks in disparity, where a plane is linear and noise
@@ -30,6 +33,9 @@ class FloorFrontend {
   const FloorOptions& options() const;
   /// Forgets the last floor and the tracked mounting.
   void reset();
+  /// For archives (models/archive.hpp): all that one call leaves to the next.
+  void save(ArchiveWriter& archive) const;
+  void load(ArchiveReader& archive);
 
  private:
   struct State;

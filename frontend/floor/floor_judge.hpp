@@ -18,6 +18,12 @@ class FloorJudge {
   /// plane_body, slope, height and kind.
   void judge(const SE3& T_body_camera_calibrated, double frame_pixels, FloorResult& result);
 
+  /// For archives (models/archive.hpp): all that one call leaves to the next.
+  template <class A>
+  friend void fields(A& a, FloorJudge& v) {
+    a(v.tracker_, v.last_leveled_, v.calibration_wrong_, v.doubts_, v.doubted_height_);
+  }
+
  private:
   bool calibration_usable(const SE3& T_body_camera_calibrated) const;
   FloorChoice choose(const SE3& calibrated, std::span<const FloorCandidate> candidates,

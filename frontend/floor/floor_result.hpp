@@ -35,6 +35,11 @@ struct MountingEstimate {
   bool rigid = true;     ///< false: frames disagree more than noise allows (hand-held)
 };
 
+template <class A>
+void fields(A& a, MountingEstimate& v) {
+  a(v.T_body_camera, v.pitch, v.roll, v.height, v.covariance, v.frames, v.changed, v.rigid);
+}
+
 /// A whole plane, merged over sub-sections. Camera frame: optical.
 struct ExtractedPlane {
   Plane plane_camera;      ///< normal towards the camera

@@ -25,6 +25,12 @@ class MountingTracker {
   const MountingEstimate& estimate() const { return estimate_; }
   bool started() const { return estimate_.frames > 0; }
 
+  /// For archives (models/archive.hpp): all that one call leaves to the next.
+  template <class A>
+  friend void fields(A& a, MountingTracker& v) {
+    a(v.state_, v.P_, v.reported_, v.aside_, v.erratic_, v.estimate_);
+  }
+
  private:
   void set_aside(const Eigen::Vector3d& measured, const Eigen::Matrix3d& R);
   void publish(const SE3& T_body_camera_calibrated);

@@ -38,6 +38,15 @@ struct DepthBlocks {
   }
 };
 
+template <class A>
+void fields(A& a, DepthBlock& v) {
+  a(v.point, v.normal, v.sigma, v.tilt);
+}
+template <class A>
+void fields(A& a, DepthBlocks& v) {
+  a(v.width, v.height, v.fx, v.fy, v.cx, v.cy, v.blocks);
+}
+
 /// Means are taken, and planes are fitted, in disparity, where structured light and stereo have
 /// constant noise and a plane is linear: d = a x + b y + c over normalised image coordinates gives
 /// the normal -(a, b, c)/|(a, b, c)|.

@@ -55,11 +55,21 @@ class DepthOdometry {
   explicit DepthOdometry(const DepthOdometryOptions& options = {});
   DepthMotion process(const DepthFrame& frame, const std::optional<MotionGuess>& guess = {});
 
+  /// For archives (models/archive.hpp): all that one call leaves to the next.
+  template <class A>
+  friend void fields(A& a, DepthOdometry& v) {
+    a(v.keys_, v.T_world_camera_, v.velocity_, v.last_stamp_);
+  }
+
  private:
   struct KeyFrame {
     SE3 T_world_camera;
     DepthBlocks blocks;
     double median_depth = 1;
+    template <class A>
+    friend void fields(A& a, KeyFrame& v) {
+      a(v.T_world_camera, v.blocks, v.median_depth);
+    }
   };
   struct Alignment;
   void align(const DepthBlocks& current, const SE3& predicted, const Matrix6d& prior,

@@ -23,6 +23,12 @@ class PointMap {
   const OrientedPoint* nearest(const Eigen::Vector2d& p, const Eigen::Vector2d& normal,
                                double radius) const;
 
+  /// For archives (models/archive.hpp): all that one call leaves to the next.
+  template <class A>
+  friend void fields(A& a, PointMap& v) {
+    a(v.points_, v.first_, v.origin_, v.cell_, v.width_, v.height_);
+  }
+
  private:
   std::vector<OrientedPoint> points_;  ///< sorted by cell
   std::vector<int> first_;             ///< per cell, row-major; one more at the end

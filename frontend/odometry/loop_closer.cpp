@@ -137,6 +137,15 @@ std::vector<LoopCloser::Candidate> LoopCloser::candidates(int submap) const {
   return kept;
 }
 
+LikelihoodGrid LoopCloser::search_grid(const std::vector<OrientedPoint>& points) const {
+  return LikelihoodGrid(positions(points), options_.resolution, options_.resolution, 7);
+}
+
+// The grid does not depend on the order of the points.
+void LoopCloser::remake_grids() {
+  for (OldMap& map : cache_) map.grid = search_grid(map.points.points());
+}
+
 const LoopCloser::OldMap& LoopCloser::old_map(int submap, int newer) {
   for (const OldMap& map : cache_) {
     if (map.submap == submap) return map;
@@ -155,7 +164,7 @@ const LoopCloser::OldMap& LoopCloser::old_map(int submap, int newer) {
     }
   }
   points = thinned(points, options_.thin_cell);
-  map.grid = LikelihoodGrid(positions(points), options_.resolution, options_.resolution, 7);
+  map.grid = search_grid(points);
   map.points = PointMap(std::move(points));
   cache_.push_back(std::move(map));
   if (cache_.size() > 12) cache_.pop_front();

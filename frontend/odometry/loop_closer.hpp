@@ -48,6 +48,11 @@ struct LoopClosure {
   double score = 0;                        ///< fraction of points that match, 0 to 1
 };
 
+template <class A>
+void fields(A& a, LoopClosure& v) {
+  a(v.from, v.to, v.T_from_to, v.covariance, v.score);
+}
+
 /// Takes each scan with its motion and gives loops when a submap has been completed. Old places are
 /// found by search_correlative() in a window as large as the drift since then, refused when a
 /// second place looks alike, refined by match_lines(), and refused when any direction stays open,
@@ -65,8 +70,21 @@ class LoopCloser {
   struct Counts {
     int submaps = 0, tried = 0, found = 0, ambiguous = 0, unmatched = 0, open_direction = 0,
         contradicted = 0, inconsistent = 0, accepted = 0;
+    template <class A>
+    friend void fields(A& a, Counts& v) {
+      a(v.submaps, v.tried, v.found, v.ambiguous, v.unmatched, v.open_direction, v.contradicted,
+        v.inconsistent, v.accepted);
+    }
   };
   const Counts& counts() const { return counts_; }
+
+  /// For archives (models/archive.hpp): all that one call leaves to the next.
+  template <class A>
+  friend void fields(A& a, LoopCloser& v) {
+    a(v.submaps_, v.graph_, v.scans_, v.cache_, v.T_anchor_body_, v.T_anchor_key_, v.key_scans_,
+      v.counts_);
+    if constexpr (A::kReading) v.remake_grids();
+  }
 
  private:
   struct ScanPose {
@@ -74,6 +92,10 @@ class LoopCloser {
     int submap;
     PlanarPose T_anchor_body;
     double progress;  ///< m and rad moved since the anchor: how much of its error has grown
+    template <class A>
+    friend void fields(A& a, ScanPose& v) {
+      a(v.stamp, v.submap, v.T_anchor_body, v.progress);
+    }
   };
   struct Candidate {
     int submap;
@@ -86,6 +108,10 @@ class LoopCloser {
     PointMap points;
     LikelihoodGrid grid{{}, 0.1, 0.1, 1};
     std::vector<SightFan> fans;
+    template <class A>
+    friend void fields(A& a, OldMap& v) {
+      a(v.submap, v.points, v.fans);
+    }
   };
 
   void start_submap(Timestamp stamp);
@@ -93,6 +119,8 @@ class LoopCloser {
   std::vector<LoopClosure> complete_submap();
   std::vector<Candidate> candidates(int submap) const;
   const OldMap& old_map(int submap, int newer);
+  LikelihoodGrid search_grid(const std::vector<OrientedPoint>& points) const;
+  void remake_grids();
   std::optional<PlanarEdge> match(const Candidate& candidate, int submap, double& score);
   bool accept(const PlanarEdge& edge);
   std::vector<LoopClosure> close(int submap);

@@ -47,6 +47,11 @@ struct PlanarPose {
   }
 };
 
+template <class A>
+void fields(A& a, PlanarPose& v) {
+  a(v.x, v.y, v.yaw);
+}
+
 /// The part of a body's motion that lies in its own x-y plane, and back.
 inline PlanarPose planar_part(const SE3& T) {
   return {T.translation().x(), T.translation().y(), T.so3().yaw()};

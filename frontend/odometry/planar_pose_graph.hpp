@@ -17,6 +17,11 @@ struct PlanarEdge {
   bool robust = false;  ///< a loop: weighed down when it contradicts the rest (Cauchy)
 };
 
+template <class A>
+void fields(A& a, PlanarEdge& v) {
+  a(v.from, v.to, v.T_from_to, v.information, v.robust);
+}
+
 /// Gauss-Newton over planar poses; node 0 is fixed. Every node must hang on node 0 by edges.
 class PlanarPoseGraph {
  public:
@@ -41,6 +46,12 @@ class PlanarPoseGraph {
   /// Covariance of T_from_to in its right tangent, by the graph as it is (linearised now).
   /// All `from` against one `to`: one factorisation for many questions.
   std::vector<Eigen::Matrix3d> relative_covariances(const std::vector<int>& from, int to) const;
+
+  /// For archives (models/archive.hpp): all that one call leaves to the next.
+  template <class A>
+  friend void fields(A& a, PlanarPoseGraph& v) {
+    a(v.poses_, v.edges_);
+  }
 
  private:
   struct Solver;

@@ -70,10 +70,21 @@ class ScanOdometry {
   /// Points of the last scan in the body's plane, as they were matched.
   const std::vector<OrientedPoint>& last_points() const { return points_; }
 
+  /// For archives (models/archive.hpp): all that one call leaves to the next.
+  template <class A>
+  friend void fields(A& a, ScanOdometry& v) {
+    a(v.points_, v.T_local_body_, v.velocity_, v.key_scans_, v.map_);
+    if constexpr (A::kReading) v.grid_.reset();  // made anew from the map when it is needed
+  }
+
  private:
   struct KeyScan {
     PlanarPose T_local_body;
     std::vector<OrientedPoint> points;  ///< in the local frame
+    template <class A>
+    friend void fields(A& a, KeyScan& v) {
+      a(v.T_local_body, v.points);
+    }
   };
   struct Prediction {
     PlanarPose T_prev_curr;
@@ -93,5 +104,11 @@ class ScanOdometry {
   PointMap map_;
   std::optional<LikelihoodGrid> grid_;  ///< of map_, made when first needed
 };
+
+template <class A>
+void fields(A& a, ScanMotion& v) {
+  a(v.T_prev_curr_body, v.covariance, v.status, v.unknown_directions, v.matched, v.searched,
+    v.iterations);
+}
 
 }  // namespace lamina

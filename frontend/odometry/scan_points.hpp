@@ -19,6 +19,11 @@ struct OrientedPoint {
   bool oriented() const { return normal.x() != 0 || normal.y() != 0; }
 };
 
+template <class A>
+void fields(A& a, OrientedPoint& v) {
+  a(v.point, v.normal, v.sigma);
+}
+
 struct ScanPointOptions {
   double max_range = 40;    ///< m; farther returns are sparse and grazing
   double radius = 0.15;     ///< m; a normal is fitted over neighbours this near (10 sigma or more)

@@ -28,6 +28,16 @@ struct Submap {
   bool retired = false;  ///< points dropped: another submap shows the same place
 };
 
+template <class A>
+void fields(A& a, SightFan& v) {
+  a(v.T_anchor_scanner, v.nearest);
+}
+template <class A>
+void fields(A& a, Submap& v) {
+  a(v.stamp, v.points, v.fans, v.centre, v.T_anchor_end, v.covariance, v.travelled, v.turned,
+    v.retired);
+}
+
 /// The fan of points seen from a scanner at `scanner` (both in the body frame) from a body at
 /// T_anchor_body.
 SightFan sight_fan(const std::vector<OrientedPoint>& points_body, const Eigen::Vector2d& scanner,

@@ -24,6 +24,8 @@ struct LinePrediction {
 /// spherical angles (t, p) this is rho / sin t, p of [FORMULAS: 2D lidar], k = cot t.
 class PlaneFilter {
  public:
+  /// Nothing: to be read from an archive.
+  PlaneFilter() = default;
   /// Of a first sighting; tilt unknown with sigma_tilt (of k).
   PlaneFilter(const ScanSegment& segment, const NoiseFloor& floor, double sigma_tilt);
   /// Of an estimated plane in the scanner's frame with covariance in its boxplus tangent about the
@@ -44,8 +46,13 @@ class PlaneFilter {
   /// The plane itself, towards the scanner.
   Plane plane() const;
 
+  /// For archives (models/archive.hpp): all that one call leaves to the next.
+  template <class A>
+  friend void fields(A& a, PlaneFilter& v) {
+    a(v.state_, v.P_);
+  }
+
  private:
-  PlaneFilter() = default;
   Eigen::Vector3d state_ = Eigen::Vector3d::Zero();  // rho, theta, k
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Zero();
 };

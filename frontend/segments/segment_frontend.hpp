@@ -35,6 +35,13 @@ class SegmentFrontend {
   /// Scans that were not used, by reason.
   const std::map<std::string, std::int64_t>& skipped() const { return skipped_; }
 
+  /// For archives (models/archive.hpp): all that one call leaves to the next.
+  template <class A>
+  friend void fields(A& a, SegmentFrontend& v) {
+    a(v.tracker_, v.skipped_, v.last_stamp_, v.T_body_lidar_, v.pending_motion_,
+      v.pending_covariance_);
+  }
+
  private:
   bool usable(const LaserScan& scan);
   Matrix6d motion_covariance(const std::optional<SE3>& T_prev_curr_body) const;

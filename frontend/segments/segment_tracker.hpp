@@ -28,9 +28,19 @@ struct SegmentTrack {
   bool seen = true;  ///< in the last scan
 };
 
+template <class A>
+void fields(A& a, SegmentTrack& v) {
+  a(v.id, v.filter, v.start, v.end, v.first_seen, v.last_seen, v.observations, v.missed, v.needed,
+    v.bends, v.cusum_up, v.cusum_down, v.seen);
+}
+
 struct TrackingCounts {
   std::int64_t births = 0, confirmed = 0, deaths = 0, bends = 0, reacquired = 0, fragments = 0;
 };
+template <class A>
+void fields(A& a, TrackingCounts& v) {
+  a(v.births, v.confirmed, v.deaths, v.bends, v.reacquired, v.fragments);
+}
 
 /// The method of [Laser planes document, 2.2-2.3]: a segment continues the track whose *predicted*
 /// line it is collinear with (equations 1, 2: here a Mahalanobis distance over rho and theta, with
@@ -63,6 +73,12 @@ class SegmentTracker {
   bool contradicted() const { return contradicted_; }
   const TrackingCounts& counts() const { return counts_; }
   const TrackingOptions& options() const { return options_; }
+
+  /// For archives (models/archive.hpp): all that one call leaves to the next.
+  template <class A>
+  friend void fields(A& a, SegmentTracker& v) {
+    a(v.tracks_, v.next_id_, v.counts_);
+  }
 
  private:
   void predict(const SE3& T_curr_prev, const Matrix6d& covariance);

@@ -1,64 +1,11 @@
-// How the graph's types are archived: one list of members a type. Private to io/.
+// How the graph's types are archived: one list of members a type.
 #pragma once
 
+#include <lamina/backend/boundaries.hpp>
 #include <lamina/backend/graph.hpp>
-#include <lamina/io/archive.hpp>
-#include <lamina/models/planar_map.hpp>
+#include <lamina/models/model_archive.hpp>
 
 namespace lamina {
-
-// These live beside the types, where argument-dependent look-up finds them.
-template <class A>
-void fields(A& a, Timestamp& v) {
-  std::int64_t ns = v.nanoseconds();
-  a(ns);
-  v = Timestamp::from_nanoseconds(ns);
-}
-
-template <class A>
-void fields(A& a, SE3& v) {
-  Eigen::Vector4d q = v.so3().quaternion().coeffs();
-  Eigen::Vector3d t = v.translation();
-  a(q, t);
-  if constexpr (A::kReading) v = SE3(SO3(Eigen::Quaterniond(q)), t);
-}
-
-template <class A>
-void fields(A& a, Plane& v) {
-  Eigen::Vector3d normal = v.normal();
-  double rho = v.rho();
-  a(normal, rho);
-  if constexpr (A::kReading) v = Plane(normal, rho);
-}
-
-template <class A>
-void fields(A& a, Moments& v) {
-  double weight = v.weight();
-  Eigen::Vector3d mean = v.mean();
-  Eigen::Matrix3d scatter = v.scatter();
-  std::int64_t count = v.count();
-  a(weight, mean, scatter, count);
-  if constexpr (A::kReading) v = Moments(weight, mean, scatter, count);
-}
-
-template <class A>
-void fields(A& a, OutlineGrid& v) {
-  double cell_size = v.cell_size();
-  std::vector<std::int32_t> flat;
-  if constexpr (!A::kReading) {
-    for (const auto& [i, j] : v.cells()) {
-      flat.push_back(i);
-      flat.push_back(j);
-    }
-  }
-  a(cell_size, flat);
-  if constexpr (A::kReading) {
-    v = OutlineGrid(cell_size);
-    for (std::size_t k = 0; k + 1 < flat.size(); k += 2) {
-      v.add_cell({flat[k], flat[k + 1]});
-    }
-  }
-}
 
 template <class A>
 void fields(A& a, Keyframe& v) {
@@ -121,6 +68,10 @@ template <class A>
 void fields(A& a, MarginalPrior& v) {
   a(v.keyframes, v.poses_linear, v.planes, v.planes_linear, v.surfels, v.surfels_linear,
     v.sqrt_information, v.residual);
+}
+template <class A>
+void fields(A& a, OutlinePiece& v) {
+  a(v.keyframe, v.points_body);
 }
 template <class A>
 void fields(A& a, Graph& v) {

@@ -1,16 +1,20 @@
 // Values to bytes and back, by one function per type for both ways.
 //
 // A type is written and read by `template <class A> void fields(A& a, T& value)`, which calls
-// a(member, member, ...). Integers and doubles are little-endian and of fixed size; containers
-// carry their length. A reader never trusts a length further than the bytes that are left.
+// a(member, member, ...); a class with private members has it as a friend. Integers and doubles are
+// little-endian and of fixed size; containers carry their length. A reader never trusts a length
+// further than the bytes that are left. Every value comes back bit for bit.
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -18,7 +22,7 @@
 #include <utility>
 #include <vector>
 
-namespace lamina::io {
+namespace lamina {
 
 static_assert(std::endian::native == std::endian::little, "archives are little-endian");
 
@@ -59,6 +63,20 @@ class ArchiveWriter {
     }
   }
   template <class T>
+  void write(const std::deque<T>& values) {
+    write(static_cast<std::uint64_t>(values.size()));
+    for (const T& value : values) write(value);
+  }
+  template <class T>
+  void write(const std::set<T>& values) {
+    write(static_cast<std::uint64_t>(values.size()));
+    for (const T& value : values) write(value);
+  }
+  template <class T, std::size_t N>
+  void write(const std::array<T, N>& values) {
+    for (const T& value : values) write(value);
+  }
+  template <class T>
   void write(const std::optional<T>& value) {
     write(value.has_value());
     if (value) write(*value);
@@ -72,13 +90,13 @@ class ArchiveWriter {
   void write(const std::pair<T, U>& value) {
     (*this)(value.first, value.second);
   }
-  template <int R, int C>
-  void write(const Eigen::Matrix<double, R, C>& m) {
+  template <class S, int R, int C>
+  void write(const Eigen::Matrix<S, R, C>& m) {
     if constexpr (R == Eigen::Dynamic || C == Eigen::Dynamic) {
       write(static_cast<std::uint64_t>(m.rows()));
       write(static_cast<std::uint64_t>(m.cols()));
     }
-    append(m.data(), static_cast<std::size_t>(m.size()) * sizeof(double));
+    append(m.data(), static_cast<std::size_t>(m.size()) * sizeof(S));
   }
   void append(const void* data, std::size_t size) {
     if (size > 0) bytes_.append(static_cast<const char*>(data), size);
@@ -129,6 +147,29 @@ class ArchiveReader {
     }
   }
   template <class T>
+  void read(std::deque<T>& values) {
+    const std::size_t count = length(1);
+    values.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+      values.emplace_back();
+      read(values.back());
+    }
+  }
+  template <class T>
+  void read(std::set<T>& values) {
+    const std::size_t count = length(1);
+    values.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+      T value{};
+      read(value);
+      values.insert(values.end(), std::move(value));
+    }
+  }
+  template <class T, std::size_t N>
+  void read(std::array<T, N>& values) {
+    for (T& value : values) read(value);
+  }
+  template <class T>
   void read(std::optional<T>& value) {
     bool there = false;
     read(there);
@@ -154,14 +195,14 @@ class ArchiveReader {
   void read(std::pair<T, U>& value) {
     (*this)(value.first, value.second);
   }
-  template <int R, int C>
-  void read(Eigen::Matrix<double, R, C>& m) {
+  template <class S, int R, int C>
+  void read(Eigen::Matrix<S, R, C>& m) {
     if constexpr (R == Eigen::Dynamic || C == Eigen::Dynamic) {
       const std::size_t rows = length(0), cols = length(0);
-      if (rows != 0 && cols > rest_.size() / sizeof(double) / rows) ended();
+      if (rows != 0 && cols > rest_.size() / sizeof(S) / rows) ended();
       m.resize(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(cols));
     }
-    take(m.data(), static_cast<std::size_t>(m.size()) * sizeof(double));
+    take(m.data(), static_cast<std::size_t>(m.size()) * sizeof(S));
   }
   // A count of items of at least `item` bytes each; bounded by what is left.
   std::size_t length(std::size_t item) {
@@ -179,4 +220,4 @@ class ArchiveReader {
   std::string_view rest_;
 };
 
-}  // namespace lamina::io
+}  // namespace lamina

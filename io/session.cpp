@@ -1,0 +1,80 @@
+// Sessions to bytes and back.
+#include <lamina/io/session.hpp>
+
+#include <stdexcept>
+
+#include <lamina/backend/map_archive.hpp>
+#include <lamina/io/sealed_file.hpp>
+#include <lamina/models/error.hpp>
+#include <lamina/sensors/sensor_archive.hpp>
+
+namespace lamina::io {
+namespace {
+
+constexpr SealedKind kKind{"LAMINASN", 1, "a session.lamina of `lamina map`"};
+
+}  // namespace
+
+template <class A>
+void fields(A& a, SeenEdges& v) {
+  a(v.stamp, v.edges_body);
+}
+template <class A>
+void fields(A& a, SessionPart& v) {
+  a(v.name, v.first, v.last, v.shift_ns);
+}
+template <class A>
+void fields(A& a, Session& v) {
+  a(v.settings, v.online, v.parts, v.map, v.scans, v.edges, v.before, v.counts, v.skipped);
+}
+
+void write_session(const std::filesystem::path& file, const Session& session) {
+  ArchiveWriter archive;
+  archive(session);
+  write_sealed(file, kKind, archive.bytes());
+}
+
+Session read_session(const std::filesystem::path& file) {
+  const std::string content = read_sealed(file, kKind);
+  Session session;
+  try {
+    ArchiveReader archive(content);
+    archive(session);
+    if (!archive.at_end()) throw std::out_of_range("bytes are left over");
+  } catch (const std::exception& error) {
+    throw Error(file.string() + ": found content that makes no sense (" + error.what() +
+                "), expected " + std::string(kKind.name));
+  }
+  const auto problems = session.map.problems();
+  if (!problems.empty()) {
+    throw Error(file.string() + ": found a broken map (" + problems.front() + "), expected " +
+                std::string(kKind.name));
+  }
+  return session;
+}
+
+void Session::shift_time(std::int64_t nanoseconds) {
+  const auto shift = [nanoseconds](Timestamp& t) {
+    t = Timestamp::from_nanoseconds(t.nanoseconds() + nanoseconds);
+  };
+  for (SessionPart& part : parts) {
+    shift(part.first);
+    shift(part.last);
+    part.shift_ns += nanoseconds;
+  }
+  for (Keyframe& keyframe : map.graph.keyframes) shift(keyframe.stamp);
+  for (PlaneLandmark& plane : map.graph.planes) {
+    shift(plane.first_seen);
+    shift(plane.last_seen);
+  }
+  for (MapFrame& frame : map.frames) shift(frame.stamp);
+  for (LaserScan& scan : scans) shift(scan.stamp);
+  for (SeenEdges& seen : edges) shift(seen.stamp);
+  Trajectory moved;
+  for (const StampedPose& p : before) {
+    moved.add(Timestamp::from_nanoseconds(p.stamp.nanoseconds() + nanoseconds), p.pose);
+  }
+  before = std::move(moved);
+}
+
+}  // namespace lamina::io

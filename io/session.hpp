@@ -1,0 +1,51 @@
+// session.lamina: a whole map with all that is needed to refine it, draw it or join it to others.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <lamina/backend/map_state.hpp>
+#include <lamina/models/planar_map.hpp>
+#include <lamina/models/trajectory.hpp>
+#include <lamina/sensors/laser_scan.hpp>
+
+namespace lamina::io {
+
+/// Rims of holes seen at one instant, in the body frame.
+struct SeenEdges {
+  Timestamp stamp;
+  std::vector<EdgePoint> edges_body;
+};
+
+/// One recording of a map: which stamps are its own. Joined maps have several.
+struct SessionPart {
+  std::string name;           ///< of the recording
+  Timestamp first, last;      ///< in this map
+  std::int64_t shift_ns = 0;  ///< these stamps - those of the recording
+};
+
+struct Session {
+  std::string settings;  ///< config.yaml
+  bool online = false;   ///< the path is what was known at each instant
+  std::vector<SessionPart> parts;
+  MapState map;
+  std::vector<LaserScan> scans;  ///< real ones, and those made from depth in the body frame
+  std::vector<SeenEdges> edges;
+  Trajectory before;                     ///< T_map_body before the refinement; may be empty
+  std::map<std::string, double> counts;  ///< as in metrics.json
+  std::map<std::string, std::int64_t> skipped;
+
+  /// Moves all stamps.
+  void shift_time(std::int64_t nanoseconds);
+};
+
+/// Whole or not at all.
+void write_session(const std::filesystem::path& file, const Session& session);
+/// Throws lamina::Error, one line: not there, something else, another version, cut short, damaged.
+Session read_session(const std::filesystem::path& file);
+
+}  // namespace lamina::io

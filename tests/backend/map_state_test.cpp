@@ -1,0 +1,168 @@
+// Maps at rest: joined without a change to what they say, found in each other, refused when alike.
+#include <lamina/backend/map_state.hpp>
+
+#include <gtest/gtest.h>
+
+#include <lamina/backend/map_overlap.hpp>
+#include <lamina/backend/mapper.hpp>
+
+namespace lamina {
+namespace {
+
+// A rectangle of surface: plane, middle, and half extents along an axis of it and across.
+struct Panel {
+  Plane plane;
+  Eigen::Vector3d middle, along;
+  double half_along, half_across;
+};
+
+Panel wall(double nx, double ny, double x, double y, double half) {
+  const Eigen::Vector3d n(nx, ny, 0), m(x, y, 1.25);
+  return {Plane(n, n.dot(m)), m, n.cross(Eigen::Vector3d::UnitZ()), half, 1.25};
+}
+
+// An L-shaped flat: no turn lays it upon itself.
+std::vector<Panel> flat() {
+  return {{Plane({0, 0, 1}, 0), {4, 1, 0}, {1, 0, 0}, 4, 3},
+          wall(1, 0, 0, 1, 3),
+          wall(0, 1, 4, -2, 4),
+          wall(-1, 0, 8, -0.5, 1.5),
+          wall(0, -1, 5.5, 1, 2.5),
+          wall(-1, 0, 3, 2.5, 1.5),
+          wall(0, -1, 1.5, 4, 1.5)};
+}
+
+std::vector<Panel> square_room() {
+  return {{Plane({0, 0, 1}, 0), {0, 0, 0}, {1, 0, 0}, 3, 3},
+          wall(1, 0, -3, 0, 3),
+          wall(-1, 0, 3, 0, 3),
+          wall(0, 1, 0, -3, 3),
+          wall(0, -1, 0, 3, 3)};
+}
+
+// What a survey from a few places gives: exact moments, odometry between, outlines. `T_map_world`:
+// where its map frame is.
+MapState survey(const std::vector<Panel>& panels, const SE3& T_map_world) {
+  MapState map;
+  map.surfels = SurfelEvidence(0.1);
+  Graph& g = map.graph;
+  for (int k = 0; k < 4; ++k) {
+    const SE3 T_world_body = SE3::planar(1 + 0.4 * k, -0.5 + 0.1 * k, 0.3 * k);
+    const auto stamp = Timestamp::from_seconds(100 + k);
+    const KeyframeId id = g.add_keyframe(stamp, T_map_world * T_world_body);
+    map.frames.push_back({stamp, id, SE3()});
+    map.loose_body[id] = {{1, 0, 0.3}};
+    if (k == 0) g.keyframes.back().fixed = true;
+    if (k == 0) continue;
+    const KeyframeId before = g.keyframes[g.keyframes.size() - 2].id;
+    const SE3 T = g.at(before).T_map_body.inverse() * g.at(id).T_map_body;
+    g.odometry.push_back({before, id, T, 50 * Matrix6d::Identity()});
+  }
+  for (const Panel& p : panels) {
+    PlaneLandmark landmark = PlaneLandmark::at(T_map_world * p.plane, T_map_world * p.middle);
+    landmark.outline = OutlineGrid(0.1);
+    landmark.covariance = Eigen::Vector3d(1e-4, 4e-4, 1e-4).asDiagonal();
+    const PlaneId id = g.add_plane(landmark);
+    const Eigen::Vector3d across = p.plane.normal().cross(p.along);
+    for (const Keyframe& k : g.keyframes) {
+      const SE3 T_body_world = k.T_map_body.inverse() * T_map_world;
+      OutlinePiece piece{k.id, {}};
+      Moments moments;
+      for (const auto& [u, v] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}}) {
+        const Eigen::Vector3d x =
+            p.middle + u * p.half_along * p.along + v * p.half_across * across;
+        piece.points_body.push_back(T_body_world * x);
+        moments.add(T_body_world * x, 1e4);
+      }
+      std::vector<Eigen::Vector3d> points_map;
+      for (const auto& x : piece.points_body) points_map.push_back(k.T_map_body * x);
+      grow_outline(g.at(id), points_map);
+      map.outlines[id].push_back(piece);
+      g.plane_moments.push_back({k.id, id, moments, ExtrinsicsId::kNone, 1.0});
+    }
+    MarginalPrior prior;
+    prior.planes = {id};
+    prior.planes_linear = {g.at(id).plane_anchor.boxplus({0.02, -0.01, 0.03})};
+    prior.sqrt_information = Eigen::Vector3d(3, 7, 1).asDiagonal();
+    prior.residual = Eigen::Vector3d::Zero();
+    g.marginal_priors.push_back(prior);
+  }
+  return map;
+}
+
+const SE3 kElsewhere(SO3::rot_z(2.2) * SO3::rot_x(0.01), {12, -5, 0.4});
+
+double cost_before(const MapState& map) {
+  Graph graph = map.graph;
+  double sum = 0;
+  for (const CostChange& c : refine(graph).costs) sum += c.before;
+  return sum;
+}
+
+TEST(MapOverlap, FindsAFlatInItself) {
+  const MapState a = survey(flat(), SE3()), b = survey(flat(), kElsewhere);
+  const OverlapResult found = find_overlap(a, b);
+  ASSERT_TRUE(found.overlap) << found.reason;
+  const SE3 off = found.overlap->T_a_b * kElsewhere;
+  EXPECT_LT(off.translation().norm(), 0.01);
+  EXPECT_LT(off.so3().log().norm(), 0.005);
+  EXPECT_EQ(found.overlap->planes.size(), flat().size());
+  for (const auto& [of_b, of_a] : found.overlap->planes) EXPECT_EQ(of_b, of_a);
+}
+
+TEST(MapOverlap, RefusesPlacesThatLookAlike) {
+  const OverlapResult found =
+      find_overlap(survey(square_room(), SE3()), survey(square_room(), kElsewhere));
+  EXPECT_FALSE(found.overlap);
+  EXPECT_EQ(found.reason, "several places fit nearly alike");
+}
+
+TEST(MapOverlap, AlikePlacesInOneFrameKeepIt) {
+  const SE3 drift(SO3::rot_z(0.03), {0.1, 0.05, 0});
+  const OverlapResult found =
+      find_overlap(survey(square_room(), SE3()), survey(square_room(), drift));
+  ASSERT_TRUE(found.overlap) << found.reason;
+  EXPECT_LT((found.overlap->T_a_b * drift).log().norm(), 0.01);
+}
+
+TEST(MapOverlap, RefusesMapsThatShareTooLittle) {
+  const auto panels = flat();
+  const MapState a = survey({panels[0], panels[1], panels[2]}, SE3());
+  const OverlapResult found = find_overlap(a, survey(flat(), kElsewhere));
+  EXPECT_FALSE(found.overlap);
+  EXPECT_FALSE(found.reason.empty());
+}
+
+TEST(MapState, AppendedMapSaysWhatItSaid) {
+  MapState a = survey(flat(), SE3());
+  const MapState b = survey(flat(), kElsewhere);
+  const double alone = cost_before(a), moved = cost_before(b);
+  append(a, b, {kElsewhere.inverse(), {}});
+  EXPECT_TRUE(a.problems().empty()) << a.problems().front();
+  EXPECT_NEAR(cost_before(a), alone + moved, 1e-6 * (alone + moved));
+  EXPECT_EQ(a.frames.size(), 8u);
+  EXPECT_EQ(a.loose_body.size(), 8u);
+}
+
+TEST(MapState, JoinedMapHasEveryPlaneOnce) {
+  MapState a = survey(flat(), SE3());
+  const MapState b = survey(flat(), kElsewhere);
+  // Off by some centimetres: refinement pulls the two together.
+  MapOverlap overlap{SE3(SO3::rot_z(0.01), {0.05, -0.04, 0.02}) * kElsewhere.inverse(), {}};
+  for (const auto& plane : b.graph.planes) overlap.planes.emplace_back(plane.id, plane.id);
+  append(a, b, overlap);
+  Mapper mapper(MapperOptions(), std::move(a));
+  mapper.refine();
+  EXPECT_EQ(mapper.map().planes.size(), flat().size());
+  const Trajectory path = mapper.trajectory();
+  ASSERT_EQ(path.size(), 4u) << "equal stamps: only the first map's";
+  const MapState joined = mapper.state();
+  for (std::size_t i = 0; i < 4; ++i) {
+    const SE3 off =
+        joined.graph.keyframes[i].T_map_body.inverse() * joined.graph.keyframes[i + 4].T_map_body;
+    EXPECT_LT(off.log().norm(), 0.005) << i;
+  }
+}
+
+}  // namespace
+}  // namespace lamina
