@@ -50,12 +50,18 @@ class FrontEnd {
   /// For archives (models/archive.hpp): all that one measurement leaves to the next.
   template <class A>
   friend void fields(A& a, FrontEnd& v) {
-    a(v.depth_seen_, v.wheels_, v.depth_odometry_, v.segments_, v.scan_odometry_, v.T_start_body_,
-      v.last_step_, v.last_scan_, v.T_start_scan_body_, v.skipped_);
+    // All members by name: one more, and this no longer compiles until it is decided here.
+    auto& [planar, depth_seen, started_level, wheels, floor, obstacles, depth_odometry, segments,
+           scan_odometry, T_start_body, last_step, last_scan, T_start_scan_body, scan_step,
+           scan_interval, skipped] = v;
+    static_cast<void>(planar);     // of the calibration
+    static_cast<void>(obstacles);  // keeps buffers alone
+    a(depth_seen, started_level, wheels, depth_odometry, segments, scan_odometry, T_start_body,
+      last_step, last_scan, T_start_scan_body, scan_step, scan_interval, skipped);
     if constexpr (A::kReading) {
-      v.floor_.load(a);
+      floor.load(a);
     } else {
-      v.floor_.save(a);
+      floor.save(a);
     }
   }
 

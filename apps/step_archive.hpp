@@ -1,4 +1,5 @@
-// How steps are archived: what the front-ends made of each measurement.
+// How steps are archived: what the front-ends made of each measurement. Members are bound by name:
+// one more, and this no longer compiles until it is archived too.
 #pragma once
 
 #include <lamina/apps/front_end.hpp>
@@ -20,8 +21,9 @@ void fields(A& a, FloorPatch& v) {
 }
 template <class A>
 void fields(A& a, Observations& v) {
-  a(v.stamp, v.sensor, v.T_body_sensor, v.planes, v.segments, v.floor_patches, v.surfels_body,
-    v.obstacle_points_body);
+  auto& [stamp, sensor, T_body_sensor, body_on_floor, planes, segments, patches, surfels, points] =
+      v;
+  a(stamp, sensor, T_body_sensor, body_on_floor, planes, segments, patches, surfels, points);
 }
 template <class A>
 void fields(A& a, ObstacleScan& v) {
@@ -33,8 +35,8 @@ namespace apps {
 
 template <class A>
 void fields(A& a, Step& v) {
-  a(v.observations, v.motion, v.motion_known, v.T_start_body, v.scan, v.scan_motion, v.obstacles,
-    v.T_body_levelled);
+  auto& [observations, motion, known, T_start_body, scan, scan_motion, obstacles, T_level] = v;
+  a(observations, motion, known, T_start_body, scan, scan_motion, obstacles, T_level);
 }
 
 }  // namespace apps
