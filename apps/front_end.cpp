@@ -82,7 +82,9 @@ std::optional<Step> FrontEnd::process(const Measurement& measurement, io::Metric
     }();
     return process_depth(frame, SensorKind::kStereo, metrics);
   }
-  if (std::holds_alternative<CloudFrame>(measurement)) ++skipped_["cloud: not mapped yet"];
+  if (const auto* cloud = std::get_if<CloudFrame>(&measurement)) {
+    return process_cloud(*cloud, metrics);
+  }
   return std::nullopt;
 }
 
@@ -257,7 +259,12 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
     step.motion_known = !last_step_;
     moved = coast(frame.stamp);
   }
-  step.motion = advance(T_start_body_ * moved->T_from_to, moved->covariance, frame.stamp);
+  place(step, floor, *moved);
+  return step;
+}
+
+void FrontEnd::place(Step& step, const FloorResult& floor, const Increment& moved) {
+  step.motion = advance(T_start_body_ * moved.T_from_to, moved.covariance, floor.stamp);
   step.T_start_body = T_start_body_;
   step.observations.first_floor_map = first_floor_map();
   // What the floor front-end says in the frame levelled by this image's floor, in that of the body.
@@ -268,6 +275,31 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
   for (Eigen::Vector3d& point : step.observations.obstacle_points_body) {
     point = step.T_body_levelled * point;
   }
+}
+
+// Clouds say what planes there are; how the body moved is the wheels' or scans' to say.
+std::optional<Step> FrontEnd::process_cloud(const CloudFrame& cloud, io::Metrics& metrics) {
+  if (cloud.points_sensor.empty()) {
+    ++skipped_["cloud without points"];
+    return std::nullopt;
+  }
+  if (out_of_order(cloud.stamp)) return std::nullopt;
+  depth_seen_ = true;
+  Step step;
+  std::optional<Increment> moved;
+  if (last_step_) moved = wheels_.between(*last_step_, cloud.stamp);
+  const auto timer = metrics.time("floor");
+  const FloorResult floor = floor_.process(cloud);
+  step.observations = floor.to_observations();
+  if (!moved) {
+    step.motion_known = !last_step_;
+    moved = coast(cloud.stamp);
+  }
+  if (!last_step_ && wheels_.empty() && floor.floor_camera) {
+    started_level_ = true;
+    moved->T_from_to = levelled_pose(cloud.T_body_sensor * *floor.floor_camera);
+  }
+  place(step, floor, *moved);
   return step;
 }
 

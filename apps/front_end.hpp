@@ -71,6 +71,9 @@ class FrontEnd {
   bool lost(const ScanMotion& motion) const;
   ScanMotion move_by_scan(const LaserScan& scan, const std::optional<MotionGuess>& guess,
                           bool level);
+  std::optional<Step> process_cloud(const CloudFrame& cloud, io::Metrics& metrics);
+  /// The step's motion and pose, and what the floor front-end says brought to the body's frame.
+  void place(Step& step, const FloorResult& floor, const Increment& moved);
   /// The motion since the last depth frame by the images alone; the first: T_map_body.
   Increment move_by_depth(const DepthFrame& frame, const FloorResult& floor, Step& step,
                           io::Metrics& metrics);

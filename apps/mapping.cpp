@@ -204,7 +204,11 @@ Settings settings_of(const MapRequest& request) {
 int run_map(const MapRequest& request) {
   set_up_log(request.quiet);
   const Settings settings = settings_of(request);
-  const auto recording = open_recording(request.input);
+  RecordingOptions options;
+  for (const auto& [role, topic] : settings.topics) {
+    if (!topic.empty()) options.topics[role] = topic;
+  }
+  const auto recording = open_recording(request.input, options);
   io::make_output_folder(request.output);
   MapOutput output(request.output, settings);
   output.set_recording(request.input);
@@ -227,6 +231,20 @@ int run_map(const MapRequest& request) {
   output.write(mapper, request.online);
   if (!live && !run.interrupted) checkpoint.finish();
   fmt::print("{}", output.summary());
+  const double steps = output.metrics.counts["steps"];
+  const double unknown = output.metrics.counts["steps_with_unknown_motion"];
+  if (unknown > 0.5 * steps) {
+    spdlog::warn(
+        "nothing measured the motion before {:.0f} of {:.0f} frames and scans: is there no "
+        "odometry, or do its stamps not meet theirs? (`lamina info` tells)",
+        unknown, steps);
+  }
+  if (output.metrics.counts["planes"] == 0) {
+    throw Error(
+        fmt::format("{}: found no plane in {:.0f} frames and scans ({}), expected walls or "
+                    "floor that several of them see; the files written hold none",
+                    request.input, steps, output.skipped_text()));
+  }
   return 0;
 }
 

@@ -24,6 +24,10 @@ std::vector<Setting> general_rows() {
       LAMINA_ROW("robot.radius_m", robot.radius, "m, of the circle that holds its outline"),
       LAMINA_ROW("robot.max_step_m", robot.max_step, "m, largest step its wheels climb"),
       LAMINA_ROW_DEG("robot.max_slope_deg", robot.max_slope, "degrees, steepest slope it drives"),
+      LAMINA_ROW("topics.scan", topics["scan"],
+                 "topic of a ROS bag to take as scans; \"\": the one of that type"),
+      LAMINA_ROW("topics.depth", topics["depth"], "likewise, depth images"),
+      LAMINA_ROW("topics.odom", topics["odom"], "likewise, odometry"),
   };
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,8 @@ struct Settings {
   int threads = 1;
   double checkpoint_interval = 30;  ///< s
   double grid_resolution = 0.05;    ///< m
+  /// ROS bags: which topic to read as what; "" chooses by type.
+  std::map<std::string, std::string> topics;
   RobotOptions robot;
   FloorOptions floor;
   SegmentOptions segments;
