@@ -296,7 +296,7 @@ std::optional<Step> FrontEnd::process_cloud(const CloudFrame& cloud, io::Metrics
     moved = coast(cloud.stamp);
   }
   if (!last_step_ && wheels_.empty() && floor.floor_camera) {
-    started_level_ = true;
+    levelled_by_image_ = true;
     moved->T_from_to = levelled_pose(cloud.T_body_sensor * *floor.floor_camera);
   }
   place(step, floor, *moved);

@@ -51,13 +51,14 @@ class FrontEnd {
   template <class A>
   friend void fields(A& a, FrontEnd& v) {
     // All members by name: one more, and this no longer compiles until it is decided here.
-    auto& [planar, depth_seen, started_level, wheels, floor, obstacles, depth_odometry, segments,
-           scan_odometry, T_start_body, last_step, last_scan, T_start_scan_body, scan_step,
-           scan_interval, skipped] = v;
+    auto& [planar, depth_seen, first_step, first_floor_map, levelled_by_image, wheels, floor,
+           obstacles, depth_odometry, segments, scan_odometry, T_start_body, last_step, last_scan,
+           T_start_scan_body, scan_step, scan_interval, skipped] = v;
     static_cast<void>(planar);     // of the calibration
     static_cast<void>(obstacles);  // keeps buffers alone
-    a(depth_seen, started_level, wheels, depth_odometry, segments, scan_odometry, T_start_body,
-      last_step, last_scan, T_start_scan_body, scan_step, scan_interval, skipped);
+    a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, depth_odometry, segments,
+      scan_odometry, T_start_body, last_step, last_scan, T_start_scan_body, scan_step,
+      scan_interval, skipped);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {

@@ -142,7 +142,7 @@ Mapper map_offline(Run& run) {
   for (const Step& step : steps) map_step(step, mapper, book, output);
   output.metrics.counts["scan_loops"] = book.hand_over(loops, mapper);
   refine(mapper, output);
-  if (front_end.levelled_by_image()) level(mapper);
+  if (run.front_end.levelled_by_image()) level(mapper);
   return mapper;
 }
 

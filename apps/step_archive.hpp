@@ -21,9 +21,9 @@ void fields(A& a, FloorPatch& v) {
 }
 template <class A>
 void fields(A& a, Observations& v) {
-  auto& [stamp, sensor, T_body_sensor, body_on_floor, planes, segments, patches, surfels, points] =
-      v;
-  a(stamp, sensor, T_body_sensor, body_on_floor, planes, segments, patches, surfels, points);
+  auto& [stamp, sensor, T_body_sensor, first_floor_map, planes, segments, patches, surfels,
+         points] = v;
+  a(stamp, sensor, T_body_sensor, first_floor_map, planes, segments, patches, surfels, points);
 }
 template <class A>
 void fields(A& a, ObstacleScan& v) {
