@@ -52,9 +52,10 @@ class FrontEnd {
   friend void fields(A& a, FrontEnd& v) {
     // All members by name: one more, and this no longer compiles until it is decided here.
     auto& [planar, depth_seen, first_step, first_floor_map, levelled_by_image, wheels, floor,
-           obstacles, depth_odometry, segments, scan_odometry, T_start_body, last_step, last_scan,
-           T_start_scan_body, scan_step, scan_interval, skipped] = v;
+           obstacles, depth_odometry, segments, scan_odometry, max_tilt, T_start_body, last_step,
+           last_scan, T_start_scan_body, scan_step, scan_interval, skipped] = v;
     static_cast<void>(planar);     // of the calibration
+    static_cast<void>(max_tilt);   // of the settings
     static_cast<void>(obstacles);  // keeps buffers alone
     a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, depth_odometry, segments,
       scan_odometry, T_start_body, last_step, last_scan, T_start_scan_body, scan_step,

@@ -77,7 +77,7 @@ class SegmentTracker {
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
   friend void fields(A& a, SegmentTracker& v) {
-    a(v.tracks_, v.next_id_, v.counts_);
+    a(v.tracks_, v.next_id_, v.counts_, v.contradicted_);
   }
 
  private:
