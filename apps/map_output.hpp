@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include <lamina/apps/combined_scan.hpp>
 #include <lamina/apps/front_end.hpp>
+#include <lamina/apps/rim_votes.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/grid/occupancy_grid.hpp>
@@ -37,7 +39,6 @@ class MapOutput {
 
  private:
   void add_obstacles(const ObstacleScan& obstacles, const SE3& T_body_levelled);
-  void place_edges(const Trajectory& trajectory, PlanarMap& map) const;
   void note(const std::string& file, const std::string& what);
   void write_grids(const PlanarMap& map, const Trajectory& trajectory);
 
@@ -48,9 +49,14 @@ class MapOutput {
     SE3 T_body_scan;
     std::vector<OccupancyBeam> beams;
   };
-  std::vector<LaserScan> scans_;  // for scans.csv
-  std::vector<Beams> beams_;      // for the occupancy grid
-  std::vector<std::pair<Timestamp, std::vector<EdgePoint>>> edges_body_;
+  void write_scans(const Trajectory& trajectory) const;
+  struct KeptScan {
+    LaserScan scan;
+    CombinedScan::Kind kind;
+  };
+  std::vector<KeptScan> scans_;
+  std::vector<Beams> beams_;  // for the occupancy grid
+  RimVotes rims_;
   Trajectory before_;
   bool lost_ = false;  // at the last step
   std::string summary_;

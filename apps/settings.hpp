@@ -9,6 +9,7 @@
 #include <lamina/apps/setting.hpp>
 #include <lamina/backend/mapper_options.hpp>
 #include <lamina/frontend/floor/floor_options.hpp>
+#include <lamina/frontend/obstacles/scan_options.hpp>
 #include <lamina/frontend/odometry/loop_closer.hpp>
 #include <lamina/frontend/odometry/scan_odometry.hpp>
 #include <lamina/frontend/segments/segment_options.hpp>
@@ -29,6 +30,7 @@ struct Settings {
   double grid_resolution = 0.05;    ///< m
   RobotOptions robot;
   FloorOptions floor;
+  ScanOptions scan;  ///< height, step and slope of the robot are taken from `robot`
   SegmentOptions segments;
   TrackingOptions tracking;
   ScanOdometryOptions scan_odometry;
@@ -36,6 +38,9 @@ struct Settings {
   LoopCloserOptions loops;
   MapperOptions mapper;
 };
+
+/// The settings of the obstacle scans with the robot's own height, step and slope.
+ScanOptions scan_options(const Settings& settings);
 
 /// The table, in the order of the documentation.
 const std::vector<Setting>& setting_table();
