@@ -30,8 +30,8 @@ struct FloorChoice {
 };
 
 /// A camera of unknown mounting that looks steeply down sees its floor like a wall. Where nothing
-/// lies inside `unknown_cone_deg`, one plane alone that fills the view is the floor up to this tilt;
-/// a level camera's walls lie at 90 deg.
+/// lies inside `unknown_cone_deg`, one plane alone that fills the view is the floor up to this
+/// tilt; a level camera's walls lie at 90 deg.
 inline constexpr double kSteepConeDeg = 65;
 
 struct FloorCandidate {
