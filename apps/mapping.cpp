@@ -30,18 +30,9 @@ void set_up_log(bool quiet) {
   spdlog::set_level(quiet ? spdlog::level::warn : spdlog::level::info);
 }
 
-// A long map has directions that hardly matter and settle slowly; the poses are where they belong
-// after a few steps a round.
-RefineOptions refine_options() {
-  RefineOptions options;
-  options.minimizer.max_iterations = 8;
-  options.max_rounds = 8;
-  return options;
-}
-
 void refine(Mapper& mapper, MapOutput& output) {
   const Trajectory before = mapper.trajectory();
-  const RefineResult result = mapper.refine(refine_options());
+  const RefineResult result = mapper.refine();
   output.set_refinement(result, before, mapper.trajectory());
   if (result.status != SolveStatus::kConverged)
     spdlog::warn("refinement: {}", to_string(result.status));
@@ -149,7 +140,7 @@ Mapper map_online(Recording& recording, FrontEnd& front_end, const Settings& set
       if (book.hand_over(loops, mapper) > 0) {
         output.metrics.counts["scan_loops"] += static_cast<double>(loops.size());
         const auto timer = output.metrics.time("refine");
-        mapper.refine(refine_options());
+        mapper.refine();
       }
     }
     return plane_count(mapper);

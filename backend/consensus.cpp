@@ -134,7 +134,6 @@ Agreement agreeing_observations(const Graph& graph, double inlier_chi2) {
   Agreement result;
   result.weights.assign(graph.plane_moments.size(), 1.0);
   result.in_largest.assign(graph.plane_moments.size(), false);
-  result.planes_anchor.resize(graph.planes.size());
   for (std::size_t p = 0; p < by_plane.size(); ++p) {
     const auto& sightings = by_plane[p];
     if (sightings.empty()) continue;
@@ -145,19 +144,14 @@ Agreement agreeing_observations(const Graph& graph, double inlier_chi2) {
     for (const std::size_t g : groups.root) ++sizes[g];
     const auto largest =
         static_cast<std::size_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
-    Moments evidence;
     for (std::size_t i = 0; i < sightings.size(); ++i) {
       if (groups.root[i] == largest) {
         result.in_largest[sightings[i].factor] = true;
-        evidence.merge(sightings[i].moments_map);
       } else if (sizes[groups.root[i]] == 1) {
         result.weights[sightings[i].factor] = 0;
         if (groups.compared[i] > 0) ++result.conflicts;
       }
     }
-    // The side it was seen from is known: a body that stands on the plane could not tell.
-    const auto fit = evidence.fit_plane(evidence.mean() + plane.plane_anchor.normal(), 1.0);
-    if (fit) result.planes_anchor[p] = fit->plane.about(plane.anchor_map);
   }
   return result;
 }

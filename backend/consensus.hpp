@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include <lamina/backend/graph.hpp>
@@ -13,11 +12,9 @@ struct Agreement {
   /// For every plane_moments factor 1: it agrees with a neighbour in time, or is the first of a
   /// plane where none do; 0: it stands alone, to be judged by a solution made without it.
   std::vector<double> weights;
-  /// Whether the factor belongs to the largest group of its plane.
+  /// Whether the factor belongs to the largest group of its plane (the earliest of equals).
   std::vector<bool> in_largest;
   std::size_t conflicts = 0;  ///< how many could be compared with a neighbour and agreed with none
-  /// For each plane of the graph the fit of its largest group (the earliest of equals).
-  std::vector<std::optional<Plane>> planes_anchor;
 };
 
 /// Two observations of one plane agree when one plane fits both: the least eigenvalue of their
