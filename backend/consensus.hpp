@@ -23,4 +23,21 @@ struct Agreement {
 /// not compared: a second visit forms its own group. Reads poses, not planes' estimates.
 Agreement agreeing_observations(const Graph& graph, double inlier_chi2);
 
+/// Full views that are one surface by geometry and odometry alone, whatever plane they name.
+struct Tracks {
+  static constexpr int kNone = -1;
+  std::vector<int> track;  ///< of every plane_moments factor; kNone: seen once, or partially
+  int count = 0;
+};
+
+/// Joins full views of neighbouring keyframes that one plane fits, from the same side, by the rule
+/// of agreeing_observations(). A sensor that moves on sees each surface several times in a row: the
+/// tracks hold together where names are mostly wrong.
+Tracks geometric_tracks(const Graph& graph, double inlier_chi2);
+
+/// Agreement of names within tracks: a view counts (weight 1) when its plane is named at least
+/// twice in its track and two thirds as often as the name heard most. Views outside tracks weigh 0,
+/// partial views 1. in_largest: of the track that gives its plane the most views.
+Agreement agreement_of(const Graph& graph, const Tracks& tracks);
+
 }  // namespace lamina

@@ -83,10 +83,14 @@ MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& opt
     if (report.accepted) {
       if (++steps >= options.max_steps) break;
       scale = damping_scale(equations);
-      // The better the quadratic model told the decrease, the less damping.
+      // The better the quadratic model told the decrease, the less damping [Nielsen1999]; where no
+      // step was refused so far, it may go at once.
       const double ratio = (before - total(cost)) / report.predicted_decrease;
-      if (ratio > 0.5) damping = std::max(options.initial_damping, 0.1 * damping);
-      if (ratio < 0.25) damping = std::max(1e-10, 4 * damping);
+      const double least = rejections > 0 ? 1.0 / 3 : 0.1;
+      const double trust = 2 * std::min(1.0, ratio) - 1;
+      const double change = std::max(least, 1 - trust * trust * trust);
+      damping = change < 1 ? std::max(options.initial_damping, change * damping)
+                           : std::max(1e-10, 2 * change * damping);
       growth = 10;
     } else {
       damping = std::max(1e-9, damping) * growth;

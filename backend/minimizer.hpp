@@ -24,9 +24,9 @@ struct MinimizerOptions {
   /// says nothing about how far the states are from their best. 1e-2 is 0.1 sigma in all, and that
   /// last step is still taken.
   double chi2_tolerance = 1e-2;
-  /// The same relative to chi-squared, whichever is larger. A step's predicted decrease is its length
-  /// in sigmas, squared; a good solution's chi-squared is the number of its redundant measurements.
-  /// So 1e-6 is a step of a thousandth of a sigma for each of them.
+  /// The same relative to chi-squared, whichever is larger. A step's predicted decrease is its
+  /// length in sigmas, squared; a good solution's chi-squared is the number of its redundant
+  /// measurements. So 1e-6 is a step of a thousandth of a sigma for each of them.
   double relative_tolerance = 1e-6;
   /// Relative to the diagonal. So small that a step is Gauss-Newton's wherever the graph is
   /// determined, and directions that nothing constrains still stay put.

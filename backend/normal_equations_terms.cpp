@@ -225,7 +225,8 @@ double NormalEquations::Impl::evaluate(const Marginal& marginal, Eigen::VectorXd
   for (const int i : marginal.planes) {
     // The prior knows the graph's anchor: n.(x - anchor) = rho there is rho + n.shift here.
     planes.push_back(states.planes.now[std::size_t(i)]);
-    planes.back().rho += planes.back().n.dot(anchors[std::size_t(i)] - graph_anchors[std::size_t(i)]);
+    planes.back().rho +=
+        planes.back().n.dot(anchors[std::size_t(i)] - graph_anchors[std::size_t(i)]);
   }
   for (const int i : marginal.surfels) surfel_states.push_back(states.surfels.now[std::size_t(i)]);
   Eigen::VectorXd r;

@@ -14,11 +14,11 @@ namespace lamina {
 /// prior included: segments that lie in one scan plane are fitted best by the scan plane itself.
 void fit_planes_to_evidence(Graph& graph);
 
-/// Makes priors that speak of one plane alone stiff in the directions that observations tell less of
-/// than they do; returns the graph's priors as they were, to be put back. A prior of a few degrees
-/// on the tilt of a wall that one scan plane cuts is honest about its variance, but a direction that
-/// nothing measures takes every contradiction between observations: the wall would lie down in the
-/// scan plane, where it fits all of them.
+/// Makes priors that speak of one plane alone stiff in the directions that observations tell less
+/// of than they do; returns the graph's priors as they were, to be put back. A prior of a few
+/// degrees on the tilt of a wall that one scan plane cuts is honest about its variance, but a
+/// direction that nothing measures takes every contradiction between observations: the wall would
+/// lie down in the scan plane, where it fits all of them.
 std::vector<MarginalPrior> hold_what_nothing_tells(Graph& graph);
 
 }  // namespace lamina
