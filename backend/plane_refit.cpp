@@ -11,7 +11,7 @@ namespace {
 
 /// All that is known of one plane at given poses, about its anchor.
 struct Evidence {
-  Moments moments, viewers;
+  Moments moments;
   bool full_view = false;  ///< some observation determines both tilts
   const MarginalPrior* prior = nullptr;
 };
@@ -36,7 +36,6 @@ std::vector<Evidence> evidence_of(const Graph& graph) {
     const SE3 T_anchor_body(T.so3(), T.translation() - graph.at(f.plane).anchor_map);
     Evidence& evidence = of(f.plane);
     evidence.moments.merge(f.moments_body.scaled(f.weight).transformed(T_anchor_body));
-    evidence.viewers.add(T_anchor_body.translation());
     evidence.full_view = evidence.full_view || determines_both_tilts(f.moments_body);
   }
   for (const MarginalPrior& prior : graph.marginal_priors) {
@@ -146,7 +145,9 @@ void fit_planes_to_evidence(Graph& graph) {
       plane.set_plane_anchor(nearest_fit(evidence, plane.plane_anchor));
       continue;
     }
-    const auto fit = evidence.moments.fit_plane(evidence.viewers.mean(), 1.0);
+    // The side it was seen from is known: a body that stands on the plane could not tell.
+    const auto fit =
+        evidence.moments.fit_plane(evidence.moments.mean() + plane.plane_anchor.normal(), 1.0);
     // Determined to better than a radian: else one spot decided nothing.
     if (fit && fit->covariance.topLeftCorner<2, 2>().trace() < 0.1) {
       plane.set_plane_anchor(fit->plane);

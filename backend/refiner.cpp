@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 
-#include <lamina/backend/plane_refit.hpp>
 #include <lamina/backend/robust.hpp>
 
 namespace lamina {

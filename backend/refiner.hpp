@@ -8,6 +8,7 @@
 
 #include <lamina/backend/graph.hpp>
 #include <lamina/backend/minimizer.hpp>
+#include <lamina/backend/plane_refit.hpp>
 
 namespace lamina {
 
