@@ -64,15 +64,8 @@ void compare_with_simulation(const fs::path& map, const sim::Truth& truth,
                                      reference_planes(truth), T_reference_map);
   }
   if (truth.grid.width > 0 && fs::exists(map / "grid" / "grid.yaml")) {
-    // The grid is compared as it stands: its cells cannot be turned without blurring them.
-    const double turned = T_reference_map.so3().log().norm();
-    const double moved = T_reference_map.translation().norm();
-    if (turned > 0.01 || moved > 0.1) {
-      evaluation.remarks.push_back("the map lies " + std::to_string(moved) + " m and " +
-                                   std::to_string(turned) +
-                                   " rad off the truth: grids compared as they stand");
-    }
-    evaluation.grid = grid_errors(io::to_grid(io::read_grid(map / "grid")), true_grid(truth.grid));
+    evaluation.grid = grid_errors(io::to_grid(io::read_grid(map / "grid")), true_grid(truth.grid),
+                                  T_reference_map);
   }
 }
 

@@ -62,6 +62,7 @@ FrontEnd::FrontEnd(const Settings& settings, const Calibration& calibration)
     : planar_(calibration.odometry.planar),
       wheels_(calibration.odometry),
       floor_(settings.floor),
+      obstacles_(scan_options(settings)),
       segments_(settings.segments, tracking_of(settings, calibration)),
       scan_odometry_(settings.scan_odometry),
       max_tilt_(settings.scan_odometry.max_tilt) {}

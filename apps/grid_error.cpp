@@ -73,16 +73,21 @@ double share(std::int64_t part, std::int64_t whole) {
 
 }  // namespace
 
-GridErrors grid_errors(const NavigabilityGrid& grid, const NavigabilityGrid& truth) {
+GridErrors grid_errors(const NavigabilityGrid& grid, const NavigabilityGrid& truth,
+                       const SE3& T_truth_map) {
   GridErrors errors;
   const TrueGround ground(truth, GridErrors::kTolerance);
   double sum = 0, squares = 0;
   std::int64_t heights = 0;
   grid.for_each([&](const CellIndex& cell_index, const NavigabilityCell& cell) {
-    const CellIndex c = cell_of(center_of(cell_index, grid.resolution()), truth.resolution());
+    const bool seen = cell.height == cell.height;
+    const Eigen::Vector2d middle = center_of(cell_index, grid.resolution());
+    const Eigen::Vector3d place =
+        T_truth_map *
+        Eigen::Vector3d(middle.x(), middle.y(), seen ? static_cast<double>(cell.height) : 0.0);
+    const CellIndex c = cell_of(place.head<2>(), truth.resolution());
     const NavigabilityCell* real = ground.at(c);
     if (real == nullptr) return;
-    const bool seen = cell.height == cell.height;
     const bool flat = (cell.known() || seen) && ground.flat(c);
     errors.flat_floor += flat;
     errors.unknown_flat += flat && !cell.known();
@@ -102,7 +107,7 @@ GridErrors grid_errors(const NavigabilityGrid& grid, const NavigabilityGrid& tru
       if (flat) keep(cell_index, errors.false_blocked_cells);
     }
     if (free && truly && seen && std::isfinite(real->height)) {
-      const double d = static_cast<double>(cell.height) - static_cast<double>(real->height);
+      const double d = place.z() - static_cast<double>(real->height);
       sum += d;
       squares += d * d;
       errors.height_max_m = std::max(errors.height_max_m, std::abs(d));

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include <lamina/grid/navigability_grid.hpp>
+#include <lamina/models/lie/se3.hpp>
 
 namespace lamina::apps {
 
@@ -37,8 +38,9 @@ struct GridErrors {
   static constexpr float kPit = 0.02f;  ///< m
 };
 
-/// Both grids in one frame and of one resolution (the nearest cell of `truth` is taken otherwise).
-/// `truth` holds 0 navigability and no height where nothing is below.
-GridErrors grid_errors(const NavigabilityGrid& grid, const NavigabilityGrid& truth);
+/// `T_truth_map` leads from the map's frame to the truth's: each cell is compared with the true
+/// cell its centre falls in. `truth` holds 0 navigability and no height where nothing is below.
+GridErrors grid_errors(const NavigabilityGrid& grid, const NavigabilityGrid& truth,
+                       const SE3& T_truth_map = SE3());
 
 }  // namespace lamina::apps

@@ -77,41 +77,35 @@ void MapOutput::add(const Step& step, const AddResult& added) {
   }
   lost_ = step.tracking_lost;
   if (added.loop_closed) ++metrics.counts["loops"];
-  if (step.scan) scans_.push_back(*step.scan);
+  if (step.scan) scans_.push_back({*step.scan, false});
   if (step.obstacles) add_obstacles(*step.obstacles, step.T_body_levelled);
 }
 
 void MapOutput::take(const io::Session& session) {
   parts_ = session.parts;
   scans_ = session.scans;
-  edges_ = session.edges;
+  rims_.take(session.rims);
   metrics.counts = session.counts;
   metrics.skipped = session.skipped;
 }
 
 void MapOutput::add_obstacles(const ObstacleScan& obstacles, const SE3& T_body_levelled) {
-  scans_.push_back(obstacles.to_laser_scan());
-  std::vector<EdgePoint> edges;
-  for (const EdgePoint& edge : edge_points(obstacles, T_body_levelled)) {
-    if (edge.negative) edges.push_back(edge);
-  }
-  if (!edges.empty()) edges_.push_back({obstacles.stamp, std::move(edges)});
+  scans_.push_back({obstacles.to_laser_scan(), true});
+  scans_.back().scan.lidar.T_body_lidar = T_body_levelled;
+  rims_.add(obstacles, T_body_levelled);
 }
 
-// Rims of holes at the places the refined path gives them, one for each cell of the grid.
-void MapOutput::place_edges(const Trajectory& trajectory, PlanarMap& map) const {
-  std::map<CellIndex, EdgePoint> places;
-  for (const auto& [stamp, edges] : edges_) {
-    const auto pose = trajectory.at(stamp);
-    if (!pose) continue;
-    for (const EdgePoint& edge : edges) {
-      const Eigen::Vector3d p = *pose * edge.position_map;
-      const CellIndex cell = cell_of(p.head<2>(), settings_.grid_resolution);
-      auto [place, fresh] = places.try_emplace(cell, edge);
-      if (fresh || edge.sigma < place->second.sigma) place->second = {p, edge.sigma, true};
+// The combined scans in the body frame, with the motion between sensors by the final path.
+void MapOutput::write_scans(const Trajectory& trajectory) const {
+  io::write_atomically(folder_ / "scans.csv", [&](std::ostream& out) {
+    CombinedScan combined;
+    io::write_scan_header(out);
+    for (const io::KeptScan& kept : scans_) {
+      const SE3 T_map_body = trajectory.at(kept.scan.stamp).value_or(SE3());
+      const auto kind = kept.from_depth ? CombinedScan::Kind::kDepth : CombinedScan::Kind::kLidar;
+      io::write_scan(out, combined.add(kept.scan, kind, T_map_body));
     }
-  }
-  for (const auto& [cell, edge] : places) map.edges.push_back(edge);
+  });
 }
 
 void MapOutput::add_skipped(const std::map<std::string, std::int64_t>& skipped) {
@@ -159,7 +153,7 @@ void MapOutput::write_grids(const PlanarMap& map, const Trajectory& trajectory) 
   const bool floor_seen = rasterizer.floor_seen();
   NavigabilityGrid grid = std::move(rasterizer).take_grid();
   std::optional<OccupancyGrid> occupancy;
-  for (const LaserScan& scan : scans_) {
+  for (const auto& [scan, kind] : scans_) {
     const auto pose = trajectory.at(scan.stamp);
     if (!pose) continue;
     const SE3 T_map_lidar = *pose * scan.lidar.T_body_lidar;
@@ -204,19 +198,19 @@ void MapOutput::write_session(const Mapper& mapper, const Trajectory& trajectory
   }
   session.map = mapper.state();
   session.scans = std::move(scans_);
-  session.edges = std::move(edges_);
+  session.rims = rims_.seen();
   session.before = before_;
   session.counts = metrics.counts;
   session.skipped = metrics.skipped;
   io::write_session(folder_ / "session.lamina", session);
   scans_ = std::move(session.scans);
-  edges_ = std::move(session.edges);
 }
 
 void MapOutput::write(const Mapper& mapper, bool online) {
   PlanarMap map = mapper.map();
   const Trajectory trajectory = online ? mapper.online_trajectory() : mapper.trajectory();
-  place_edges(trajectory, map);
+  const std::vector<EdgePoint> rims = rims_.rims(trajectory, settings_.grid_resolution);
+  map.edges.insert(map.edges.end(), rims.begin(), rims.end());
   {
     const auto timer = metrics.time("write");
     io::write_trajectory(folder_ / "trajectory.txt", trajectory);
@@ -225,10 +219,7 @@ void MapOutput::write(const Mapper& mapper, bool online) {
     io::write_planes_ply(folder_ / "planes.ply", map.planes);
     io::write_surfels_ply(folder_ / "surfels.ply", map.surfels);
     io::write_g2o(folder_ / "graph.g2o", mapper.graph());
-    io::write_atomically(folder_ / "scans.csv", [this](std::ostream& out) {
-      io::write_scan_header(out);
-      for (const LaserScan& scan : scans_) io::write_scan(out, scan);
-    });
+    write_scans(trajectory);
     io::write_atomically(folder_ / "config.yaml", to_yaml(settings_, true));
   }
   write_grids(map, trajectory);

@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include <lamina/apps/combined_scan.hpp>
 #include <lamina/apps/front_end.hpp>
+#include <lamina/apps/rim_votes.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/io/metrics.hpp>
@@ -41,7 +43,6 @@ class MapOutput {
 
  private:
   void add_obstacles(const ObstacleScan& obstacles, const SE3& T_body_levelled);
-  void place_edges(const Trajectory& trajectory, PlanarMap& map) const;
   void note(const std::string& file, const std::string& what);
   void write_grids(const PlanarMap& map, const Trajectory& trajectory);
   void write_parts(const Trajectory& trajectory);
@@ -51,8 +52,9 @@ class MapOutput {
   Settings settings_;
   std::string recording_;
   std::vector<io::SessionPart> parts_;  // of a session that goes on
-  std::vector<LaserScan> scans_;        // for scans.csv and the occupancy grid
-  std::vector<io::SeenEdges> edges_;
+  std::vector<io::KeptScan> scans_;     // for scans.csv and the occupancy grid
+  RimVotes rims_;
+  void write_scans(const Trajectory& trajectory) const;
   Trajectory before_;
   bool lost_ = false;  // at the last step
   std::string summary_;

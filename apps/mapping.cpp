@@ -26,7 +26,7 @@ constexpr std::size_t kReadAhead = 16;  // frames: half a second of a 30 Hz came
 
 void refine(Mapper& mapper, MapOutput& output) {
   const Trajectory before = mapper.trajectory();
-  const RefineResult result = mapper.refine(map_refine_options());
+  const RefineResult result = mapper.refine();
   output.set_refinement(result, before, mapper.trajectory());
   if (result.status != SolveStatus::kConverged)
     spdlog::warn("refinement: {}", to_string(result.status));
@@ -156,7 +156,7 @@ Mapper map_online(Run& run) {
     if (book.hand_over(entry.loops, mapper) > 0) {
       output.metrics.counts["scan_loops"] += static_cast<double>(entry.loops.size());
       const auto timer = output.metrics.time("refine");
-      mapper.refine(map_refine_options());
+      mapper.refine();
     }
     return plane_count(mapper);
   });
@@ -179,15 +179,6 @@ void set_up_log(bool quiet) {
       "lamina", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
   spdlog::set_pattern("%^%l%$: %v");
   spdlog::set_level(quiet ? spdlog::level::warn : spdlog::level::info);
-}
-
-// A long map has directions that hardly matter and settle slowly; the poses are where they belong
-// after a few steps a round.
-RefineOptions map_refine_options() {
-  RefineOptions options;
-  options.minimizer.max_iterations = 8;
-  options.max_rounds = 8;
-  return options;
 }
 
 Settings settings_of(const MapRequest& request) {

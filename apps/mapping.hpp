@@ -7,7 +7,6 @@
 #include <vector>
 
 #include <lamina/apps/settings.hpp>
-#include <lamina/backend/refiner.hpp>
 
 namespace lamina::apps {
 
@@ -26,8 +25,6 @@ struct MapRequest {
 /// lamina::Error for the first problem.
 Settings settings_of(const MapRequest& request);
 
-/// How whole maps are refined, after mapping and by `lamina refine`.
-RefineOptions map_refine_options();
 /// Log lines to stderr; warnings only when quiet.
 void set_up_log(bool quiet);
 

@@ -60,7 +60,7 @@ void join(io::Session& map, io::Session more, const Path& first, const Path& sec
   };
   extend(map.parts, more.parts);
   extend(map.scans, more.scans);
-  extend(map.edges, more.edges);
+  extend(map.rims, more.rims);
   for (const auto& [name, count] : more.counts) map.counts[name] += count;
   for (const auto& [why, count] : more.skipped) map.skipped[why] += count;
   map.counts["joined_planes"] += static_cast<double>(found.overlap->planes.size());
@@ -86,7 +86,7 @@ int refine_sessions(const std::vector<Path>& inputs, const Path& output_folder, 
   output.take(session);
   Mapper mapper(settings.mapper, std::move(session.map));
   const Trajectory before = mapper.trajectory();
-  const RefineResult result = mapper.refine(map_refine_options());
+  const RefineResult result = mapper.refine();
   output.set_refinement(result, before, mapper.trajectory());
   if (result.status != SolveStatus::kConverged) {
     spdlog::warn("refinement: {}", to_string(result.status));

@@ -5,8 +5,10 @@
 #include <filesystem>
 #include <ostream>
 
+#include <lamina/apps/combined_scan.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/apps/verbs.hpp>
+#include <lamina/apps/wheel_track.hpp>
 #include <lamina/frontend/floor/floor_frontend.hpp>
 #include <lamina/frontend/obstacles/obstacle_scanner.hpp>
 #include <lamina/io/atomic_file.hpp>
@@ -18,7 +20,7 @@ namespace lamina::apps {
 namespace {
 
 struct Converted {
-  std::int64_t frames = 0, without_floor = 0, negative_beams = 0;
+  std::int64_t frames = 0, lidar_scans = 0, without_floor = 0, negative_beams = 0;
 };
 
 void write_causes(std::ostream& out, const ObstacleScan& scan) {
@@ -38,16 +40,26 @@ std::optional<DepthFrame> depth_of(const Measurement& measurement) {
 Converted convert(Recording& recording, const Settings& settings, std::ostream& scans,
                   std::ostream& causes) {
   FloorFrontend floor_front_end(settings.floor);
-  ObstacleScanner scanner;
+  ObstacleScanner scanner(scan_options(settings));
+  CombinedScan combined;
+  WheelTrack wheels(recording.calibration().odometry);
+  const auto place = [&](Timestamp stamp) { return wheels.at(stamp).value_or(SE3()); };
   Converted counts;
   io::write_scan_header(scans);
   causes << "# timestamp, then cause and sigma (m) of each beam\n";
   while (const auto measurement = recording.next()) {
+    if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
+    if (const auto* lidar = std::get_if<LaserScan>(&*measurement)) {
+      io::write_scan(scans, combined.add(*lidar, CombinedScan::Kind::kLidar, place(lidar->stamp)));
+      ++counts.lidar_scans;
+    }
     const auto frame = depth_of(*measurement);
     if (!frame) continue;
     const FloorResult floor = floor_front_end.process(*frame);
     const ObstacleScan scan = scanner.process(*frame, floor);
-    io::write_scan(scans, scan.to_laser_scan());
+    LaserScan line = scan.to_laser_scan();
+    line.lidar.T_body_lidar = floor.mounting.T_body_camera * floor.T_body_camera.inverse();
+    io::write_scan(scans, combined.add(line, CombinedScan::Kind::kDepth, place(frame->stamp)));
     write_causes(causes, scan);
     ++counts.frames;
     counts.without_floor += floor.status != FloorStatus::kFound;
@@ -73,8 +85,11 @@ int scan(const std::string& input, const std::filesystem::path& output,
       }
     });
   });
-  fmt::print("{}: {} scans, {} without a floor, {} beams that end at a hole or ledge\n",
-             output.string(), counts.frames, counts.without_floor, counts.negative_beams);
+  fmt::print(
+      "{}: {} scans of depth, {} without a floor, {} beams that end at a hole or ledge; {} lidar "
+      "scans\n",
+      output.string(), counts.frames, counts.without_floor, counts.negative_beams,
+      counts.lidar_scans);
   return kDone;
 }
 
@@ -82,7 +97,7 @@ int scan(const std::string& input, const std::filesystem::path& output,
 
 Verb scan_verb() {
   return {
-      "scan", "depth images to 2D scans of positive and negative obstacles",
+      "scan", "depth images (and a 2D lidar) to scans of positive and negative obstacles",
       "lamina scan data/corridor --output out/scans.csv", [](CLI::App& app) {
         auto input = std::make_shared<std::string>();
         auto output = std::make_shared<std::string>();

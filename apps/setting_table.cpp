@@ -52,6 +52,29 @@ std::vector<Setting> floor_rows() {
   };
 }
 
+std::vector<Setting> scan_rows() {
+  return {
+      row_enum(
+          "scan.method", [](Settings & s) -> auto& { return s.scan.method; },
+          {"contiguous_floor", "document"},
+          "how holes are found: walking out over the fitted floor, or the two methods of the "
+          "document on negative obstacles as written, to compare"),
+      LAMINA_ROW("scan.leveled", scan.leveled,
+                 "level by the floor of each image; false: the mounting as calibrated"),
+      LAMINA_ROW("scan.angle_increment_deg", scan.angle_increment_deg,
+                 "degrees between beams; 0: what a pixel in the middle of the image spans"),
+      LAMINA_ROW("scan.range_max_m", scan.range_max_m, "m; 0: the range of the camera"),
+      LAMINA_ROW("scan.min_hole_depth_m", scan.min_hole_depth_m,
+                 "m; shallower is no hole to any wheel"),
+      LAMINA_ROW("scan.obstacles_beyond_knowledge", scan.obstacles_beyond_knowledge,
+                 "keep walls behind ground that nobody saw; else such beams have no return"),
+      LAMINA_ROW("scan.noise_sigmas", scan.noise_sigmas,
+                 "sigmas of one pixel beyond which it lies off the floor"),
+      LAMINA_ROW("scan.grazing_deg", scan.grazing_deg,
+                 "degrees of incidence beyond which the sensor loses a floor"),
+  };
+}
+
 std::vector<Setting> segment_rows() {
   return {
       LAMINA_ROW("segments.min_points", segments.min_points, "returns a segment must have"),
@@ -117,7 +140,7 @@ std::vector<Setting> mapper_rows() {
 const std::vector<Setting>& setting_table() {
   static const std::vector<Setting> table = [] {
     std::vector<Setting> rows = general_rows();
-    for (auto part : {floor_rows(), segment_rows(), mapper_rows()}) {
+    for (auto part : {floor_rows(), scan_rows(), segment_rows(), mapper_rows()}) {
       rows.insert(rows.end(), part.begin(), part.end());
     }
     return rows;
@@ -138,8 +161,9 @@ std::vector<std::string> problems(const Settings& settings) {
   require(settings.robot.max_step > 0, "robot.max_step_m must be above 0");
   require(settings.robot.max_slope > 0 && settings.robot.max_slope < 1.5,
           "robot.max_slope_deg must lie between 0 and 85");
-  for (const auto& part : {settings.floor.problems(), settings.segments.problems(),
-                           settings.tracking.problems(), settings.mapper.problems()}) {
+  for (const auto& part :
+       {settings.floor.problems(), scan_options(settings).problems(), settings.segments.problems(),
+        settings.tracking.problems(), settings.mapper.problems()}) {
     all.insert(all.end(), part.begin(), part.end());
   }
   return all;

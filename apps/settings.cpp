@@ -3,6 +3,8 @@
 
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <sstream>
 
@@ -33,6 +35,15 @@ void load_node(Settings& settings, const YAML::Node& node, const std::string& pr
 }
 
 }  // namespace
+
+ScanOptions scan_options(const Settings& settings) {
+  ScanOptions options = settings.scan;
+  options.robot_height_m = settings.robot.height;
+  options.max_step_m = settings.robot.max_step;
+  // A ramp that is too steep for the robot is still no hole: it is judged in the grid.
+  options.max_slope_deg = std::max(options.max_slope_deg, settings.robot.max_slope * 180 / M_PI);
+  return options;
+}
 
 void set(Settings& settings, const std::string& key, const std::string& value,
          const std::string& origin) {

@@ -10,6 +10,7 @@
 #include <lamina/apps/setting.hpp>
 #include <lamina/backend/mapper_options.hpp>
 #include <lamina/frontend/floor/floor_options.hpp>
+#include <lamina/frontend/obstacles/scan_options.hpp>
 #include <lamina/frontend/odometry/loop_closer.hpp>
 #include <lamina/frontend/odometry/scan_odometry.hpp>
 #include <lamina/frontend/segments/segment_options.hpp>
@@ -32,6 +33,7 @@ struct Settings {
   std::map<std::string, std::string> topics;
   RobotOptions robot;
   FloorOptions floor;
+  ScanOptions scan;  ///< height, step and slope of the robot are taken from `robot`
   SegmentOptions segments;
   TrackingOptions tracking;
   ScanOdometryOptions scan_odometry;
@@ -39,6 +41,9 @@ struct Settings {
   LoopCloserOptions loops;
   MapperOptions mapper;
 };
+
+/// The settings of the obstacle scans with the robot's own height, step and slope.
+ScanOptions scan_options(const Settings& settings);
 
 /// The table, in the order of the documentation.
 const std::vector<Setting>& setting_table();

@@ -1,5 +1,6 @@
 // Block ordering, assembly in place, CHOLMOD.
 #include <cholmod.h>
+#include <dlfcn.h>
 
 #include <algorithm>
 #include <cmath>
@@ -29,6 +30,30 @@ Pattern lower_pattern(int variables, std::vector<std::pair<int, int>>& column_ro
 }
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+/// While it lives, this thread's OpenMP regions run on one thread. CHOLMOD asks for four in every
+/// supernode; on blocks as small as a map's they do nothing but spin for each other: twice the
+/// processor time on a quiet machine, and a hundred times the wall time on a busy one. Where OpenMP
+/// is absent there is nothing to do.
+class OneThread {
+ public:
+  OneThread() : set_(reinterpret_cast<Set*>(dlsym(RTLD_DEFAULT, "omp_set_max_active_levels"))) {
+    auto* get = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "omp_get_max_active_levels"));
+    if (get == nullptr || set_ == nullptr) return;
+    before_ = get();
+    set_(0);
+  }
+  ~OneThread() {
+    if (before_ >= 0) set_(before_);
+  }
+  OneThread(const OneThread&) = delete;
+  OneThread& operator=(const OneThread&) = delete;
+
+ private:
+  using Set = void(int);
+  Set* set_;
+  int before_ = -1;
+};
 
 }  // namespace
 
@@ -213,6 +238,7 @@ bool BlockCholesky::factorize(const Eigen::VectorXd& added) {
       s.factored_diagonal(s.ordered_row[v] + c) = d;
     }
   }
+  const OneThread one_thread;
   cholmod_sparse A = s.matrix(s.damped);
   const bool done = cholmod_factorize(&A, s.L, &s.common.c) != 0;
   return done && s.common.c.status == CHOLMOD_OK && s.L->minor == at(s.n);
@@ -230,6 +256,7 @@ Eigen::VectorXd BlockCholesky::solve(const Eigen::VectorXd& b) {
   rhs.x = ordered.data();
   rhs.xtype = CHOLMOD_REAL;
   rhs.dtype = CHOLMOD_DOUBLE;
+  const OneThread one_thread;
   cholmod_dense* solution = cholmod_solve(CHOLMOD_A, s.L, &rhs, &s.common.c);
   if (solution == nullptr) return Eigen::VectorXd::Zero(s.n);
   const Eigen::Map<const Eigen::VectorXd> y(static_cast<const double*>(solution->x), s.n);

@@ -23,17 +23,25 @@ struct BlockSlot {
   template <class Ja, class Jb>
   void add(const Ja& a, const Jb& b) const {
     constexpr int rows = Ja::ColsAtCompileTime, cols = Jb::ColsAtCompileTime;
-    using Stride = Eigen::OuterStride<>;
     if (transposed) {
-      Eigen::Map<Eigen::Matrix<double, cols, rows>, 0, Stride>(base, cols, rows, Stride(stride))
-          .noalias() += b.transpose() * a;
+      target<cols, rows>() += b.transpose() * a;
     } else {
-      Eigen::Map<Eigen::Matrix<double, rows, cols>, 0, Stride>(base, rows, cols, Stride(stride))
-          .noalias() += a.transpose() * b;
+      target<rows, cols>() += a.transpose() * b;
     }
   }
   /// Adds a block of (a, b) of any size.
   void add_block(const Eigen::MatrixXd& block) const;
+
+ private:
+  /// The block as it lies in its columns; Eigen stores a single row by rows.
+  template <int rows, int cols>
+  auto target() const {
+    using Stride = Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>;
+    constexpr int order = rows == 1 && cols > 1 ? Eigen::RowMajor : Eigen::ColMajor;
+    using Block = Eigen::Matrix<double, rows, cols, order>;
+    const Stride strides = order == Eigen::RowMajor ? Stride(1, stride) : Stride(stride, 1);
+    return Eigen::Map<Block, 0, Stride>(base, strides);
+  }
 };
 
 class BlockCholesky {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 
 #include <lamina/models/linalg.hpp>
@@ -134,7 +135,6 @@ Agreement agreeing_observations(const Graph& graph, double inlier_chi2) {
   Agreement result;
   result.weights.assign(graph.plane_moments.size(), 1.0);
   result.in_largest.assign(graph.plane_moments.size(), false);
-  result.planes_anchor.resize(graph.planes.size());
   for (std::size_t p = 0; p < by_plane.size(); ++p) {
     const auto& sightings = by_plane[p];
     if (sightings.empty()) continue;
@@ -145,19 +145,128 @@ Agreement agreeing_observations(const Graph& graph, double inlier_chi2) {
     for (const std::size_t g : groups.root) ++sizes[g];
     const auto largest =
         static_cast<std::size_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
-    Moments evidence;
     for (std::size_t i = 0; i < sightings.size(); ++i) {
       if (groups.root[i] == largest) {
         result.in_largest[sightings[i].factor] = true;
-        evidence.merge(sightings[i].moments_map);
       } else if (sizes[groups.root[i]] == 1) {
         result.weights[sightings[i].factor] = 0;
         if (groups.compared[i] > 0) ++result.conflicts;
       }
     }
-    // The side it was seen from is known: a body that stands on the plane could not tell.
-    const auto fit = evidence.fit_plane(evidence.mean() + plane.plane_anchor.normal(), 1.0);
-    if (fit) result.planes_anchor[p] = fit->plane.about(plane.anchor_map);
+  }
+  return result;
+}
+
+namespace {
+
+bool is_full(const Moments& moments) {
+  const SymmetricEigen<3> eigen = symmetric_eigen(moments.scatter());
+  return eigen.values(1) > 1e-6 * eigen.values(2);
+}
+
+/// A full view in the map, and the side it was seen from.
+struct View {
+  Sighting sighting;
+  Eigen::Vector3d normal_map, position_map;
+};
+
+std::vector<View> full_views(const Graph& graph) {
+  std::vector<View> views;
+  for (std::size_t i = 0; i < graph.plane_moments.size(); ++i) {
+    const auto& f = graph.plane_moments[i];
+    if (!is_full(f.moments_body)) continue;
+    const Keyframe& keyframe = graph.at(f.keyframe);
+    View view{{i, static_cast<std::size_t>(&keyframe - graph.keyframes.data()),
+               f.moments_body.transformed(keyframe.T_map_body)},
+              {},
+              keyframe.T_map_body.translation()};
+    const Moments& moments = view.sighting.moments_map;
+    view.normal_map = symmetric_eigen(moments.scatter()).vectors.col(0);
+    if (view.normal_map.dot(view.position_map - moments.mean()) < 0) view.normal_map *= -1;
+    views.push_back(view);
+  }
+  std::stable_sort(views.begin(), views.end(), [](const View& a, const View& b) {
+    return a.sighting.keyframe < b.sighting.keyframe;
+  });
+  return views;
+}
+
+/// Numbers sets of two and more from 0, in the order of their first view.
+Tracks numbered(const std::vector<View>& views, std::vector<std::size_t> root,
+                std::size_t factors) {
+  Tracks tracks;
+  tracks.track.assign(factors, Tracks::kNone);
+  std::vector<int> size(views.size(), 0), number(views.size(), Tracks::kNone);
+  for (const std::size_t r : root) ++size[r];
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const std::size_t r = root[i];
+    if (size[r] < 2) continue;
+    if (number[r] == Tracks::kNone) number[r] = tracks.count++;
+    tracks.track[views[i].sighting.factor] = number[r];
+  }
+  return tracks;
+}
+
+}  // namespace
+
+Tracks geometric_tracks(const Graph& graph, double inlier_chi2) {
+  constexpr std::size_t kKeyframesAhead = 4;
+  constexpr double kSameSide = 0.8;  // cosine; the chi-squared decides, this only spares its cost
+  const Drift drift = drift_of(graph);
+  const std::vector<View> views = full_views(graph);
+  std::vector<std::size_t> parent(views.size());
+  std::iota(parent.begin(), parent.end(), std::size_t{0});
+  const auto root = [&](std::size_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (std::size_t a = 0; a < views.size(); ++a) {
+    const View& first = views[a];
+    for (std::size_t b = a + 1; b < views.size(); ++b) {
+      const View& second = views[b];
+      if (second.sighting.keyframe > first.sighting.keyframe + kKeyframesAhead) break;
+      if (second.sighting.keyframe == first.sighting.keyframe) continue;
+      if (!(first.normal_map.dot(second.normal_map) > kSameSide)) continue;
+      const double chi2 = disagreement(first.sighting, second.sighting, drift, second.normal_map,
+                                       first.position_map);
+      if (!(chi2 <= inlier_chi2)) continue;
+      const std::size_t i = root(a), j = root(b);
+      parent[std::max(i, j)] = std::min(i, j);
+    }
+  }
+  for (std::size_t i = 0; i < parent.size(); ++i) parent[i] = root(i);
+  return numbered(views, std::move(parent), graph.plane_moments.size());
+}
+
+Agreement agreement_of(const Graph& graph, const Tracks& tracks) {
+  const std::size_t factors = graph.plane_moments.size();
+  std::map<std::pair<int, PlaneId>, std::size_t> votes;  // of a name in a track
+  std::vector<std::size_t> most(static_cast<std::size_t>(tracks.count), 0);
+  for (std::size_t i = 0; i < factors; ++i) {
+    const int t = tracks.track[i];
+    if (t == Tracks::kNone) continue;
+    std::size_t& top = most[static_cast<std::size_t>(t)];
+    top = std::max(top, ++votes[{t, graph.plane_moments[i].plane}]);
+  }
+  std::map<PlaneId, std::pair<std::size_t, int>> largest;  // votes, track
+  for (const auto& [key, n] : votes) {
+    auto& best = largest[key.second];
+    if (n > best.first) best = {n, key.first};
+  }
+  Agreement result;
+  result.weights.assign(factors, 0.0);
+  result.in_largest.assign(factors, false);
+  for (std::size_t i = 0; i < factors; ++i) {
+    const auto& f = graph.plane_moments[i];
+    const int t = tracks.track[i];
+    if (t == Tracks::kNone) {
+      result.weights[i] = result.in_largest[i] = !is_full(f.moments_body);
+      continue;
+    }
+    const std::size_t n = votes[{t, f.plane}];
+    if (n < 2 || 3 * n < 2 * most[static_cast<std::size_t>(t)]) continue;
+    result.weights[i] = 1;
+    result.in_largest[i] = largest[f.plane].second == t;
   }
   return result;
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 #include <lamina/backend/graph.hpp>
@@ -13,11 +12,9 @@ struct Agreement {
   /// For every plane_moments factor 1: it agrees with a neighbour in time, or is the first of a
   /// plane where none do; 0: it stands alone, to be judged by a solution made without it.
   std::vector<double> weights;
-  /// Whether the factor belongs to the largest group of its plane.
+  /// Whether the factor belongs to the largest group of its plane (the earliest of equals).
   std::vector<bool> in_largest;
   std::size_t conflicts = 0;  ///< how many could be compared with a neighbour and agreed with none
-  /// For each plane of the graph the fit of its largest group (the earliest of equals).
-  std::vector<std::optional<Plane>> planes_anchor;
 };
 
 /// Two observations of one plane agree when one plane fits both: the least eigenvalue of their
@@ -25,5 +22,22 @@ struct Agreement {
 /// what odometry may have drifted between them. Keyframes further apart than odometry can tell are
 /// not compared: a second visit forms its own group. Reads poses, not planes' estimates.
 Agreement agreeing_observations(const Graph& graph, double inlier_chi2);
+
+/// Full views that are one surface by geometry and odometry alone, whatever plane they name.
+struct Tracks {
+  static constexpr int kNone = -1;
+  std::vector<int> track;  ///< of every plane_moments factor; kNone: seen once, or partially
+  int count = 0;
+};
+
+/// Joins full views of neighbouring keyframes that one plane fits, from the same side, by the rule
+/// of agreeing_observations(). A sensor that moves on sees each surface several times in a row: the
+/// tracks hold together where names are mostly wrong.
+Tracks geometric_tracks(const Graph& graph, double inlier_chi2);
+
+/// Agreement of names within tracks: a view counts (weight 1) when its plane is named at least
+/// twice in its track and two thirds as often as the name heard most. Views outside tracks weigh 0,
+/// partial views 1. in_largest: of the track that gives its plane the most views.
+Agreement agreement_of(const Graph& graph, const Tracks& tracks);
 
 }  // namespace lamina

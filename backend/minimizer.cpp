@@ -49,6 +49,7 @@ MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& opt
   }
   Eigen::VectorXd scale = damping_scale(equations);
   double damping = options.initial_damping, growth = 10;
+  int steps = 0, rejections = 0;
   result.status = SolveStatus::kMaxIterations;
   while (result.iterations < options.max_iterations) {
     ++result.iterations;
@@ -60,7 +61,8 @@ MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& opt
       report.predicted_decrease =
           -equations.gradient().dot(step) + damping * step.cwiseAbs2().dot(scale);
       equations.step(step);
-      const bool last = report.predicted_decrease < options.chi2_tolerance;
+      const bool last = report.predicted_decrease <
+                        std::max(options.chi2_tolerance, options.relative_tolerance * before);
       const CostByType next = last ? equations.cost() : equations.linearize();
       report.accepted = total(next) < total(cost);
       if (report.accepted) {
@@ -79,16 +81,21 @@ MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& opt
       break;
     }
     if (report.accepted) {
+      if (++steps >= options.max_steps) break;
       scale = damping_scale(equations);
-      // The better the quadratic model told the decrease, the less damping.
+      // The better the quadratic model told the decrease, the less damping [Nielsen1999]; where no
+      // step was refused so far, it may go at once.
       const double ratio = (before - total(cost)) / report.predicted_decrease;
-      if (ratio > 0.5) damping = std::max(options.initial_damping, 0.1 * damping);
-      if (ratio < 0.25) damping = std::max(1e-10, 4 * damping);
+      const double least = rejections > 0 ? 1.0 / 3 : 0.1;
+      const double trust = 2 * std::min(1.0, ratio) - 1;
+      const double change = std::max(least, 1 - trust * trust * trust);
+      damping = change < 1 ? std::max(options.initial_damping, change * damping)
+                           : std::max(1e-10, 2 * change * damping);
       growth = 10;
     } else {
       damping = std::max(1e-9, damping) * growth;
       growth *= 2;
-      if (damping > options.max_damping) {
+      if (damping > options.max_damping || ++rejections >= options.max_rejections) {
         result.status = SolveStatus::kStalled;
         break;
       }

@@ -8,7 +8,7 @@
 namespace lamina {
 
 enum class SolveStatus {
-  kConverged,       ///< the next step would change chi-squared by less than the tolerance
+  kConverged,       ///< the last step changed chi-squared by less than the tolerance
   kMaxIterations,   ///< stopped before that
   kStalled,         ///< no step lowers the cost, though the gradient says one should
   kCancelled,       ///< the progress callback said stop
@@ -18,15 +18,22 @@ enum class SolveStatus {
 const char* to_string(SolveStatus status);
 
 struct MinimizerOptions {
-  int max_iterations = 50;
+  int max_iterations = 50;  ///< linear systems solved
+  int max_steps = 1000;     ///< of them, steps that lowered the cost
   /// Stop when a step is predicted to lower chi-squared by less: absolute, because the cost's size
   /// says nothing about how far the states are from their best. 1e-2 is 0.1 sigma in all, and that
   /// last step is still taken.
   double chi2_tolerance = 1e-2;
+  /// The same relative to chi-squared, whichever is larger. A step's predicted decrease is its
+  /// length in sigmas, squared; a good solution's chi-squared is the number of its redundant
+  /// measurements. So 1e-6 is a step of a thousandth of a sigma for each of them.
+  double relative_tolerance = 1e-6;
   /// Relative to the diagonal. So small that a step is Gauss-Newton's wherever the graph is
   /// determined, and directions that nothing constrains still stay put.
   double initial_damping = 1e-14;
   double max_damping = 1e4;
+  /// Stop (kStalled) after so many steps that raised the cost, all told.
+  int max_rejections = 1000;
 };
 
 struct Iteration {

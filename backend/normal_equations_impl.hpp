@@ -45,6 +45,8 @@ struct NormalEquations::Impl {
   struct Marginal {
     MarginalPrior prior;
     std::vector<int> poses, planes, surfels;  ///< indices of states
+    /// It speaks of one plane and nothing else.
+    bool own() const { return planes.size() == 1 && poses.empty() && surfels.empty(); }
   };
   std::vector<Marginal> marginals;
   // Which factor of the graph a doubtful term is.
@@ -59,7 +61,7 @@ struct NormalEquations::Impl {
   // away from would miss it by tilt times shift, and Newton would crawl along a curved valley.
   std::vector<Eigen::Vector3d> anchors, anchors_before, graph_anchors;
   std::vector<Eigen::Vector4d> middles;
-  std::vector<bool> anchor_is_fixed;  ///< a marginal prior speaks of it
+  std::vector<bool> anchor_is_fixed;  ///< held, or a marginal prior over several states has it
 
   explicit Impl(const Graph& graph);
   void make_states(const Graph& graph);

@@ -142,10 +142,12 @@ void NormalEquations::Impl::make_marginals(const Graph& graph) {
     }
     for (const auto id : prior.planes) {
       marginal.planes.push_back(index_in(graph.planes, graph.at(id)));
-      anchor_is_fixed[static_cast<std::size_t>(marginal.planes.back())] = true;
     }
     for (const auto id : prior.surfels) {
       marginal.surfels.push_back(index_in(graph.surfels, graph.at(id)));
+    }
+    for (const int p : marginal.planes) {
+      if (!marginal.own()) anchor_is_fixed[static_cast<std::size_t>(p)] = true;
     }
     marginals.push_back(std::move(marginal));
   }
@@ -220,13 +222,23 @@ double NormalEquations::Impl::evaluate(const Marginal& marginal, Eigen::VectorXd
   std::vector<PlaneState> planes;
   std::vector<FlatState> surfel_states;
   for (const int i : marginal.poses) poses.push_back(states.poses.now[std::size_t(i)]);
-  for (const int i : marginal.planes) planes.push_back(states.planes.now[std::size_t(i)]);
+  for (const int i : marginal.planes) {
+    // The prior knows the graph's anchor: n.(x - anchor) = rho there is rho + n.shift here.
+    planes.push_back(states.planes.now[std::size_t(i)]);
+    planes.back().rho +=
+        planes.back().n.dot(anchors[std::size_t(i)] - graph_anchors[std::size_t(i)]);
+  }
   for (const int i : marginal.surfels) surfel_states.push_back(states.surfels.now[std::size_t(i)]);
   Eigen::VectorXd r;
   Eigen::MatrixXd J;
   evaluate_marginal_prior(marginal.prior, poses, planes, surfel_states, r,
                           out != nullptr ? &J : nullptr);
   if (out == nullptr) return r.squaredNorm();
+  if (marginal.own()) {
+    const auto p = std::size_t(marginal.planes.front());
+    J.leftCols<2>() +=
+        J.col(2) * ((anchors[p] - graph_anchors[p]).transpose() * states.planes.now[p].B);
+  }
   const std::vector<int> v = variables(marginal);
   const Eigen::MatrixXd H = J.transpose() * J;
   const Eigen::VectorXd g = J.transpose() * r;

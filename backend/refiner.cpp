@@ -65,6 +65,7 @@ RefineResult refine(Graph& graph, const RefineOptions& options,
   }
   result.held = keyframes_without_datum(graph);
   for (const KeyframeId id : result.held) graph.at(id).fixed = true;
+  std::vector<MarginalPrior> priors = hold_what_nothing_tells(graph);
   if (options.planes_from_evidence) fit_planes_to_evidence(graph);
 
   const RobustOutcome outcome = minimize_robustly(graph, options, progress);
@@ -85,31 +86,10 @@ RefineResult refine(Graph& graph, const RefineOptions& options,
     result.rank_deficiency = rank_deficiency(equations);
   }
   for (const KeyframeId id : result.held) graph.at(id).fixed = false;
+  graph.marginal_priors = std::move(priors);
   result.solver = "block Cholesky of the normal equations (CHOLMOD), minimum degree on blocks";
   result.solve_s = seconds_since(start);
   return result;
-}
-
-void fit_planes_to_evidence(Graph& graph) {
-  std::vector<Moments> merged(graph.planes.size());
-  for (const PlaneMomentsFactor& f : graph.plane_moments) {
-    if (!(f.weight > 0)) continue;
-    const PlaneLandmark& plane = graph.at(f.plane);
-    const SE3& T = graph.at(f.keyframe).T_map_body;
-    const auto index = static_cast<std::size_t>(&plane - graph.planes.data());
-    const SE3 T_anchor_body(T.so3(), T.translation() - plane.anchor_map);
-    merged[index].merge(f.moments_body.scaled(f.weight).transformed(T_anchor_body));
-  }
-  for (std::size_t i = 0; i < merged.size(); ++i) {
-    PlaneLandmark& plane = graph.planes[i];
-    if (!plane.active || plane.fixed) continue;
-    // The side it was seen from is known: a body that stands on the plane could not tell.
-    const auto fit = merged[i].fit_plane(merged[i].mean() + plane.plane_anchor.normal(), 1.0);
-    // Determined to better than a radian: else lines of a scanner, or one spot, decided nothing.
-    if (fit && fit->covariance.topLeftCorner<2, 2>().trace() < 0.1) {
-      plane.set_plane_anchor(fit->plane);
-    }
-  }
 }
 
 namespace {

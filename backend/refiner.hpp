@@ -8,6 +8,7 @@
 
 #include <lamina/backend/graph.hpp>
 #include <lamina/backend/minimizer.hpp>
+#include <lamina/backend/plane_refit.hpp>
 
 namespace lamina {
 
@@ -53,11 +54,6 @@ struct RefineResult {
 /// throws for numerical reasons, never leaves NaN behind. `progress` returning false stops early.
 RefineResult refine(Graph& graph, const RefineOptions& options = {},
                     const std::function<bool(const RefineProgress&)>& progress = {});
-
-/// Sets every active plane with evidence to the best fit of its merged moments at the present
-/// poses, factors weighted by their `weight`. Planes whose evidence does not determine them keep
-/// their estimate.
-void fit_planes_to_evidence(Graph& graph);
 
 /// For each connected part of the graph without a fixed state or a prior: its first keyframe.
 std::vector<KeyframeId> keyframes_without_datum(const Graph& graph);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <lamina/backend/consensus.hpp>
+#include <lamina/backend/plane_refit.hpp>
 
 namespace lamina {
 namespace {
@@ -84,10 +85,19 @@ class Rounds {
   bool first_ = true;
 };
 
-RobustWeights truncated(RobustWeights chi2, double limit) {
-  each_doubtful(chi2, [&](FactorType, std::vector<double>& v) {
-    for (double& x : v) x = x <= limit ? 1.0 : 0.0;
-  });
+/// In or out. What was in before leaves only well beyond the limit, and what was out comes back
+/// only well within, so that no factor at the limit flips for ever. `before` may be empty.
+RobustWeights judged(RobustWeights chi2, double limit, const RobustWeights& before) {
+  constexpr double kSlack = 1.25;
+  const auto judge_all = [limit](std::vector<double>& v, const std::vector<double>& was) {
+    for (std::size_t i = 0; i < v.size(); ++i) {
+      const double slack = was.empty() ? 1.0 : was[i] > 0.5 ? kSlack : 1 / kSlack;
+      v[i] = v[i] <= slack * limit ? 1.0 : 0.0;
+    }
+  };
+  judge_all(chi2.plane_moments, before.plane_moments);
+  judge_all(chi2.segments, before.segments);
+  judge_all(chi2.loops, before.loops);
   return chi2;
 }
 
@@ -112,15 +122,15 @@ double typical_misfit(const RobustWeights& chi2, const Agreement& agreement) {
   return *middle;
 }
 
-/// From the widest kernel to the real one, over the factors the graph's weights leave.
-bool graduate(const Agreement& agreement, const RefineOptions& options, RobustOutcome& outcome,
-              Rounds& rounds) {
-  NormalEquations& equations = rounds.renew();
-  double mu =
-      std::max(1.0, 2 * typical_misfit(equations.chi_squared(), agreement) / options.inlier_chi2);
+/// From a kernel `mu` times as wide in chi-squared to the real one, over the factors the graph's
+/// weights leave. False: stopped.
+bool graduate(double mu, const RefineOptions& options, RobustOutcome& outcome, Rounds& rounds) {
+  NormalEquations& equations = *outcome.equations;
   const double ratio = std::max(1.4, std::pow(mu, 1.0 / std::max(1, options.max_rounds - 1)));
   MinimizerOptions few_steps = options.minimizer;
-  few_steps.max_iterations = 3;
+  few_steps.max_iterations = 15;
+  few_steps.max_steps = 3;
+  few_steps.relative_tolerance = 1e-4;  // the next level moves the states by more
   for (bool last = false; !last; mu = std::max(1.0, mu / ratio)) {
     last = mu <= 1.0;
     ++outcome.rounds;
@@ -130,23 +140,35 @@ bool graduate(const Agreement& agreement, const RefineOptions& options, RobustOu
   return true;
 }
 
-/// In or out for every doubtful factor, until the sets stay as they are.
-void settle(Graph& graph, const RefineOptions& options, RobustOutcome& outcome, Rounds& rounds) {
-  constexpr int kMostSettlings = 6;
+/// In or out for every doubtful factor, a few steps each time, until the sets stay as they are;
+/// then to convergence with the sets fixed. What the converged solution says of them may start it
+/// again, a few times: the last word is a converged solution of fixed sets.
+bool settle(Graph& graph, const RefineOptions& options, RobustOutcome& outcome, Rounds& rounds) {
+  constexpr int kMostLoose = 6, kMostFull = 3;
+  MinimizerOptions few_steps = options.minimizer;
+  few_steps.initial_damping = std::max(1e-10, few_steps.initial_damping);
+  few_steps.max_steps = 2;
   RobustWeights weights;
-  for (int i = 0; i < kMostSettlings; ++i) {
+  bool converging = false;
+  for (int loose = 0, full = 0; full < kMostFull;) {
     rounds.write();
-    RobustWeights next = truncated(chi_squared_of(graph), options.inlier_chi2);
-    if (i > 0 && same(next, weights)) break;
-    weights = std::move(next);
-    store_weights(graph, weights);
-    // A plane whose evidence changed may be far from it, and Newton slow to turn it: the poses are
-    // good by now, so its best fit is too.
-    fit_planes_to_evidence(graph);
-    rounds.renew();
+    RobustWeights next = judged(chi_squared_of(graph), options.inlier_chi2, weights);
+    const bool stands = loose + full > 0 && same(next, weights);
+    if (stands && converging) break;
+    converging = converging || stands || loose >= kMostLoose;
+    if (!stands) {
+      weights = std::move(next);
+      store_weights(graph, weights);
+      // A plane whose evidence changed may be far from it, and Newton slow to turn it: the poses
+      // are good by now, so its best fit is too.
+      fit_planes_to_evidence(graph);
+      rounds.renew();
+    }
+    ++(converging ? full : loose);
     ++outcome.rounds;
-    if (!rounds.run(options.minimizer)) break;
+    if (!rounds.run(converging ? options.minimizer : few_steps)) return false;
   }
+  return true;
 }
 
 std::vector<FactorRef> rejected_factors(const Graph& graph) {
@@ -162,10 +184,17 @@ std::vector<FactorRef> rejected_factors(const Graph& graph) {
   return rejected;
 }
 
-void believe_all(Graph& graph) {
-  for (auto& f : graph.plane_moments) f.weight = 1;
-  for (auto& f : graph.segments) f.weight = 1;
-  for (auto& f : graph.loops) f.weight = 1;
+/// A second hearing for what a settled solution left out but is not far from: rooms that were torn
+/// off by a few sigmas of drift come back, names that are wrong stay far away.
+void hear_again(Graph& graph, const RefineOptions& options, RobustOutcome& outcome,
+                Rounds& rounds) {
+  constexpr double kWide = 20;
+  rounds.write();
+  store_weights(graph, judged(chi_squared_of(graph), kWide * options.inlier_chi2, {}));
+  rounds.renew();
+  RefineOptions careful = options;
+  careful.minimizer.initial_damping = std::max(1e-10, options.minimizer.initial_damping);
+  if (graduate(kWide, careful, outcome, rounds)) settle(graph, options, outcome, rounds);
 }
 
 /// What the plain solution says about the doubtful factors.
@@ -183,28 +212,71 @@ Verdict judge(RobustWeights chi2, double limit) {
   return few ? Verdict::kFewOutliers : Verdict::kContradiction;
 }
 
+/// The path that odometry and the tracks themselves tell: every track a plane of its own, whatever
+/// its views are named. No name is believed, no place met again: drift remains, but what is left of
+/// it is far less than odometry's, and wrong names stand out against it.
+void follow_tracks(Graph& graph, const Tracks& tracks, const RefineOptions& options) {
+  Graph path = graph;
+  path.planes.clear();
+  path.plane_moments.clear();
+  path.segments.clear();
+  path.loops.clear();
+  path.surfels.clear();
+  path.surfel_moments.clear();
+  path.surfel_parents.clear();
+  path.marginal_priors.clear();
+  for (int t = 0; t < tracks.count; ++t) path.add_plane(PlaneLandmark());
+  const auto first = static_cast<std::size_t>(graph.next_plane);
+  for (std::size_t i = 0; i < graph.plane_moments.size(); ++i) {
+    if (tracks.track[i] == Tracks::kNone) continue;
+    PlaneMomentsFactor factor = graph.plane_moments[i];
+    const std::size_t t = static_cast<std::size_t>(tracks.track[i]);
+    factor.plane = PlaneId(static_cast<std::int64_t>(first + t));
+    factor.weight = 1;
+    PlaneLandmark& plane = path.planes[t];
+    if (plane.observations++ == 0) {
+      const SE3& T = path.at(factor.keyframe).T_map_body;
+      plane.anchor_map = T * factor.moments_body.mean();
+      const auto fit = factor.moments_body.fit_plane(Eigen::Vector3d::Zero(), 1.0);
+      if (fit) plane.plane_anchor = (T * fit->plane).about(plane.anchor_map);
+    }
+    path.plane_moments.push_back(factor);
+  }
+  fit_planes_to_evidence(path);
+  NormalEquations equations(path);
+  MinimizerOptions minimizer = options.minimizer;
+  minimizer.initial_damping = std::max(1e-10, minimizer.initial_damping);
+  minimize(equations, minimizer);
+  equations.write(path);
+  graph.keyframes = std::move(path.keyframes);
+  graph.extrinsics = std::move(path.extrinsics);
+}
+
 /// From scratch: candidates by agreement, kernels from wide to narrow, then all factors judged.
-void solve_doubting(Graph& graph, const Agreement& agreement, const RefineOptions& options,
+bool solve_doubting(Graph& graph, const Agreement& agreement, const RefineOptions& options,
                     RobustOutcome& outcome, Rounds& rounds) {
+  // Planes start from their largest groups.
+  for (std::size_t i = 0; i < graph.plane_moments.size(); ++i) {
+    graph.plane_moments[i].weight = agreement.in_largest[i] ? 1 : 0;
+  }
+  fit_planes_to_evidence(graph);
   for (std::size_t i = 0; i < graph.plane_moments.size(); ++i) {
     graph.plane_moments[i].weight = agreement.weights[i];
-  }
-  for (std::size_t p = 0; p < graph.planes.size(); ++p) {
-    PlaneLandmark& plane = graph.planes[p];
-    if (agreement.planes_anchor[p] && !plane.fixed && plane.active) {
-      plane.set_plane_anchor(*agreement.planes_anchor[p]);
-    }
   }
   // While sets still change, the weakest modes are held a little: they would follow every mistake.
   RefineOptions careful = options;
   careful.minimizer.initial_damping = std::max(1e-10, options.minimizer.initial_damping);
-  if (graduate(agreement, careful, outcome, rounds)) settle(graph, careful, outcome, rounds);
+  const double misfit = typical_misfit(rounds.renew().chi_squared(), agreement);
+  const double widest = std::max(1.0, 2 * misfit / options.inlier_chi2);
+  return graduate(widest, careful, outcome, rounds) && settle(graph, options, outcome, rounds);
 }
 
 }  // namespace
 
 RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
                                 const std::function<bool(const RefineProgress&)>& progress) {
+  // Consistent problems hardly ever have a step that raises the cost.
+  constexpr int kMostRejections = 4;
   RobustOutcome outcome;
   Rounds rounds(graph, outcome, progress);
   if (!options.robust) {
@@ -213,21 +285,32 @@ RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
     rounds.write();
     return outcome;
   }
-  believe_all(graph);
+  const bool doubted_before = !rejected_factors(graph).empty();
   const Agreement agreement = agreeing_observations(graph, options.inlier_chi2);
   Verdict verdict = Verdict::kContradiction;
-  if (agreement.conflicts <= graph.plane_moments.size() / 500) {
+  const bool named_wrong = agreement.conflicts > graph.plane_moments.size() / 500;
+  if (!named_wrong) {
     NormalEquations& equations = rounds.renew();
-    if (rounds.run(options.minimizer)) {
+    MinimizerOptions plain = options.minimizer;
+    plain.max_rejections = kMostRejections;
+    if (rounds.run(plain)) {
       verdict = judge(equations.chi_squared(), options.inlier_chi2);
+      if (verdict == Verdict::kConsistent && doubted_before) verdict = Verdict::kFewOutliers;
     } else {
       verdict = Verdict::kConsistent;  // stopped: what there is stands
     }
   }
-  if (verdict == Verdict::kFewOutliers) settle(graph, options, outcome, rounds);
   // The plain solution was never written: the graph is still where it began.
-  if (verdict == Verdict::kContradiction) {
+  if (verdict == Verdict::kContradiction && named_wrong) {
+    const Tracks tracks = geometric_tracks(graph, options.inlier_chi2);
+    follow_tracks(graph, tracks, options);
+    if (solve_doubting(graph, agreement_of(graph, tracks), options, outcome, rounds)) {
+      hear_again(graph, options, outcome, rounds);
+    }
+  } else if (verdict == Verdict::kContradiction) {
     solve_doubting(graph, agreement, options, outcome, rounds);
+  } else if (verdict == Verdict::kFewOutliers) {
+    settle(graph, options, outcome, rounds);
   }
   rounds.write();
   outcome.rejected = rejected_factors(graph);

@@ -17,9 +17,11 @@ struct RobustOutcome {
   std::unique_ptr<NormalEquations> equations;  ///< of the last solve, at the solution
 };
 
-/// Minimises plainly; when every doubtful factor then fits, that is the answer. Otherwise, or when
-/// observations contradict each other from the outset, starts with kernels from nearly quadratic to
-/// truncated. Writes the states and the `weight` of doubtful factors into the graph.
+/// Minimises plainly with the factors that were not rejected before; when every doubtful factor
+/// then fits, that is the answer. Otherwise, or when observations contradict each other from the
+/// outset, believes all again and starts with kernels from nearly quadratic to truncated. The last
+/// solve is one of fixed sets, and the status is its own. Writes the states and the `weight` of
+/// doubtful factors (0 or 1) into the graph.
 RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
                                 const std::function<bool(const RefineProgress&)>& progress);
 

@@ -135,33 +135,64 @@ void print(const char* name, double off, const Rims (&rims)[2]) {
   std::printf("\n");
 }
 
+struct Rig {
+  const char* name;
+  sim::Parameters parameters;
+};
+const Rig kRigs[] = {
+    {"0.3 m, grazing on", {}},
+    {"0.3 m, grazing off", {{"effects.grazing", "false"}}},
+    {"0.8 m, 20 deg down", {{"camera.height_m", "0.8"}, {"camera.pitch_deg", "20"}}}};
+
+// Drives towards the hole with a mounting that is off (deg).
+void drive(const char* scene, const Rig& rig, double off, const ScanOptions& options, int frames,
+           Rims (&rims)[2]) {
+  Stage stage(scene, rig.parameters, 7);
+  FloorFrontend frontend;
+  ObstacleScanner scanner(options);
+  for (int k = 0; k < frames; ++k) {
+    const double x = -0.9 + 2.0 * k / frames;
+    const SE3 T = pose(x, 0.2 * std::sin(k * 1.3), 0.1 * std::sin(k * 2.1));
+    const DepthFrame f =
+        stage.frame(T, static_cast<std::uint64_t>(k), 0.5 * off * kDegree, off * kDegree);
+    const FloorResult floor = frontend.process(f);
+    if (trace) std::printf("  frame %d at x %.2f: %s\n", k, x, to_string(floor.status));
+    score(stage, T, scanner.process(f, floor), rims);
+  }
+}
+
 void bench_holes(const ScanOptions& options, int frames) {
-  struct Rig {
-    const char* name;
-    sim::Parameters parameters;
-  };
-  const Rig rigs[] = {
-      {"0.3 m, grazing on", {}},
-      {"0.3 m, grazing off", {{"effects.grazing", "false"}}},
-      {"0.8 m, 20 deg down", {{"camera.height_m", "0.8"}, {"camera.pitch_deg", "20"}}}};
   for (const char* scene : {"hole", "hole_no_wall"}) {
-    for (const Rig& rig : rigs) {
+    for (const Rig& rig : kRigs) {
       for (const double off : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
         if (trace && off != 0) continue;
-        Stage stage(scene, rig.parameters, 7);
         Rims rims[2];
-        FloorFrontend frontend;
-        ObstacleScanner scanner(options);
-        for (int k = 0; k < frames; ++k) {
-          const double x = -0.9 + 2.0 * k / frames;
-          const SE3 T = pose(x, 0.2 * std::sin(k * 1.3), 0.1 * std::sin(k * 2.1));
-          const DepthFrame f =
-              stage.frame(T, static_cast<std::uint64_t>(k), 0.5 * off * kDegree, off * kDegree);
-          const FloorResult floor = frontend.process(f);
-          if (trace) std::printf("  frame %d at x %.2f: %s\n", k, x, to_string(floor.status));
-          score(stage, T, scanner.process(f, floor), rims);
-        }
+        drive(scene, rig, off, options, frames, rims);
         print((std::string(scene) + " " + rig.name).c_str(), off, rims);
+      }
+    }
+  }
+}
+
+// Ours and the document's methods side by side: share of the beams over the near edge that report
+// it within 30 cm, to 2 m / to 3 m.
+void bench_methods(int frames) {
+  ScanOptions document, calibrated;
+  document.method = calibrated.method = NegativeMethod::kDocument;
+  calibrated.leveled = false;
+  std::printf("%-33s %8s  %17s  %17s  %17s\n", "reported to 2 m / to 3 m (%)", "mounting", "ours",
+              "document, leveled", "as calibrated");
+  for (const char* scene : {"hole", "hole_no_wall"}) {
+    for (const Rig& rig : kRigs) {
+      for (const double off : {0.0, 1.0}) {
+        std::printf("%-13s%-20s %+4.1f deg", scene, rig.name, off);
+        for (const ScanOptions& options : {ScanOptions(), document, calibrated}) {
+          Rims rims[2];
+          drive(scene, rig, off, options, frames, rims);
+          std::printf("  %8.1f %8.1f", 100.0 * rims[0].reported / std::max(1, rims[0].beams),
+                      100.0 * rims[1].reported / std::max(1, rims[1].beams));
+        }
+        std::printf("\n");
       }
     }
   }
@@ -259,9 +290,7 @@ void bench_time() {
 
 void bench_real(const char* folder, bool verbose) {
   const auto recording = open_recording(folder);
-  FloorOptions floor_options;
-  floor_options.unknown_cone_deg = 75;  // the mounting is unknown: the camera may look steeply down
-  FloorFrontend frontend(floor_options);
+  FloorFrontend frontend;
   ObstacleScanner scanner;
   int index = 0;
   while (const auto m = recording->next()) {
@@ -273,9 +302,12 @@ void bench_real(const char* folder, bool verbose) {
     const ObstacleScan scan = scanner.process(f, floor);
     int beams[5] = {};
     for (const BeamCause c : scan.cause) ++beams[static_cast<int>(c)];
-    std::printf("%3d floor %-9s height %.3f m: obstacle %d hole %d ledge %d knowledge %d none %d\n",
-                index++, to_string(floor.status), floor.T_body_camera.translation().z(), beams[1],
-                beams[2], beams[3], beams[4], beams[0]);
+    const Eigen::Vector3d ahead = floor.T_body_camera.so3() * Eigen::Vector3d(0, 0, 1);
+    std::printf(
+        "%3d floor %-9s height %.3f m, looks %.0f deg down: obstacle %d hole %d ledge %d knowledge "
+        "%d none %d\n",
+        index++, to_string(floor.status), floor.T_body_camera.translation().z(),
+        std::asin(-ahead.z()) / kDegree, beams[1], beams[2], beams[3], beams[4], beams[0]);
     if (!floor.reason.empty()) std::printf("      %s\n", floor.reason.c_str());
     // Runs of beams that end alike.
     for (std::size_t i = 0, k = 0; verbose && i < scan.size(); i = k) {
@@ -332,14 +364,6 @@ int main(int argc, char** argv) {
   if (all || verb == "time") bench_time();
   if (verb == "real" && argc > 2) bench_real(argv[2], argc > 3);
   if (verb == "dump") dump(argv[2], std::atof(argv[3]), argc > 4);
-  if (all || verb == "methods") {
-    ScanOptions document;
-    document.method = NegativeMethod::kDocument;
-    std::printf("the document's methods, levelled:\n");
-    bench_holes(document, count > 0 ? count : 10);
-    document.leveled = false;
-    std::printf("the document's methods, mounting as calibrated:\n");
-    bench_holes(document, count > 0 ? count : 10);
-  }
+  if (all || verb == "methods") bench_methods(count > 0 ? count : 10);
   return 0;
 }

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 
+#include <lamina/grid/raster_shapes.hpp>
 #include <lamina/models/error.hpp>
 
 namespace lamina::raster {
@@ -76,7 +77,9 @@ Book::Item Book::item(const MapPlane& plane) const {
       d.add(p);
     }
   }
-  Item result = sound ? covering(low, high, options_.resolution) : Item{};
+  // Walls bar the way to what lies behind them, in the next tile too.
+  const double reach = options_.resolution + (is_steep(plane) ? wall_reach(options_) : 0.0);
+  Item result = sound ? covering(low, high, reach) : Item{};
   result.digest = d.value;
   return result;
 }

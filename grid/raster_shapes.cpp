@@ -56,13 +56,19 @@ void put_obstacle(const Eigen::Vector2d& xy, double z0, double z1, Canvas& canva
       {cell_in(i, j), static_cast<float>(std::min(z0, z1)), static_cast<float>(std::max(z0, z1))});
 }
 
+void bar(const Eigen::Vector2d& xy, double z0, double z1, Canvas& canvas) {
+  const CellIndex c = cell_of(xy, canvas.options.resolution);
+  canvas.discs.wall(c.i - canvas.tile.first.i, c.j - canvas.tile.first.j,
+                    static_cast<float>(std::min(z0, z1)), static_cast<float>(std::max(z0, z1)));
+}
+
 // A plane holds where its surfels are, or where none are far and wide.
 bool fills(const Support& s, int i, int j, const Canvas& canvas) {
   const DiscDistance::Nearest disc = canvas.discs.at(i, j);
   if (disc.distance > canvas.options.plane_ring) return true;
   const bool same =
       std::abs(disc.height - s.height) <= static_cast<float>(canvas.options.level_gap);
-  return !same || disc.distance <= canvas.options.plane_gap;
+  return !same || disc.walked <= canvas.options.plane_gap;
 }
 
 void fill_outline(const std::vector<Eigen::Vector2d>& outline, const Incline& incline,
@@ -120,8 +126,12 @@ void draw_wall(const MapPlane& plane, const std::vector<Eigen::Vector3d>& outlin
     u1 = std::max(u1, uv.back().x());
     lean = std::max(lean, std::abs(uv.back().y() * n.z()));
   }
-  const Eigen::Vector2d low = canvas.center(0, 0).array() - r / 2 - lean;
-  const Eigen::Vector2d high = canvas.center(kSide - 1, kSide - 1).array() + r / 2 + lean;
+  const double margin = r + lean + wall_reach(canvas.options);
+  const Eigen::Vector2d low = canvas.center(0, 0).array() - margin;
+  const Eigen::Vector2d high = canvas.center(kSide - 1, kSide - 1).array() + margin;
+  // Half a cell either way: whose centre is that near to a wall is touched by it, and a wall on the
+  // border of two cells stands in both.
+  const Eigen::Vector2d aside = 0.5 * r / flat * n.head<2>();
   const int columns = std::max(1, static_cast<int>(std::ceil((u1 - u0) / (r / 2))));
   std::vector<double> vs;
   for (int k = 0; k < columns; ++k) {
@@ -138,7 +148,11 @@ void draw_wall(const MapPlane& plane, const std::vector<Eigen::Vector3d>& outlin
       for (int q = 0; q < pieces; ++q) {
         const Eigen::Vector3d a = foot + (vs[m] + span * q / pieces) * up;
         const Eigen::Vector3d b = foot + (vs[m] + span * (q + 1) / pieces) * up;
-        put_obstacle(0.5 * (a + b).head<2>(), a.z(), b.z(), canvas);
+        const Eigen::Vector2d middle = 0.5 * (a + b).head<2>();
+        for (const double share : {-1.0, 0.0, 1.0}) {
+          put_obstacle(middle + share * aside, a.z(), b.z(), canvas);
+          bar(middle + share * aside, a.z(), b.z(), canvas);
+        }
       }
     }
   }
@@ -152,6 +166,8 @@ DiscDistance::DiscDistance(double resolution, double reach)
       side_(kSide + 2 * margin_) {
   distance_.assign(static_cast<std::size_t>(side_ * side_), kFar);
   height_.assign(distance_.size(), 0.0F);
+  wall_low_.assign(distance_.size(), 0.0F);
+  wall_high_.assign(distance_.size(), -1.0F);
 }
 
 void DiscDistance::mark(int i, int j, float height) {
@@ -161,13 +177,37 @@ void DiscDistance::mark(int i, int j, float height) {
   distance_[k] = 0;
 }
 
-void DiscDistance::spread() {
+void DiscDistance::wall(int i, int j, float low, float high) {
+  if (i < -margin_ || j < -margin_ || i >= kSide + margin_ || j >= kSide + margin_) return;
+  const std::size_t k = index(i, j);
+  const bool any = wall_high_[k] >= wall_low_[k];
+  wall_low_[k] = any ? std::min(wall_low_[k], low) : low;
+  wall_high_[k] = any ? std::max(wall_high_[k], high) : high;
+  walls_ = true;
+}
+
+void DiscDistance::spread(float low, float high) {
+  if (walls_) {
+    walked_ = distance_;
+    walked_height_ = height_;
+    spread(walked_, walked_height_, low, high, true);
+  }
+  spread(distance_, height_, low, high, false);
+}
+
+void DiscDistance::spread(std::vector<float>& distance, std::vector<float>& height, float low,
+                          float high, bool walls) const {
   constexpr float kDiagonal = 1.41421356F;
-  const auto relax = [this](int to, int from, float step) {
+  const auto relax = [&](int to, int from, float step) {
     const auto t = static_cast<std::size_t>(to), f = static_cast<std::size_t>(from);
-    if (distance_[f] + step >= distance_[t]) return;
-    distance_[t] = distance_[f] + step;
-    height_[t] = height_[f];
+    if (distance[f] + step >= distance[t]) return;
+    // From a wall nothing goes on.
+    if (walls && wall_high_[f] > height[f] + low && wall_low_[f] < height[f] + high &&
+        wall_high_[f] >= wall_low_[f]) {
+      return;
+    }
+    distance[t] = distance[f] + step;
+    height[t] = height[f];
   };
   // The outermost cells are never asked for: they need no care.
   for (int j = 1; j + 1 < side_; ++j) {
@@ -192,7 +232,11 @@ void DiscDistance::spread() {
 
 DiscDistance::Nearest DiscDistance::at(int i, int j) const {
   const std::size_t k = index(i, j);
-  return {static_cast<double>(distance_[k]) * resolution_, height_[k]};
+  const double distance = static_cast<double>(distance_[k]) * resolution_;
+  if (!walls_) return {distance, distance, height_[k]};
+  const bool reached = walked_[k] < kFar;
+  return {distance, static_cast<double>(walked_[k]) * resolution_,
+          reached ? walked_height_[k] : height_[k]};
 }
 
 void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas) {
@@ -213,14 +257,17 @@ void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas) {
     for (int i = low.i - first.i; i <= high.i - first.i; ++i) {
       const bool is_home = i == home.i - first.i && j == home.j - first.j;
       Eigen::Vector2d d = canvas.center(i, j) - middle;
-      double distance = std::hypot(d.norm(), incline.rise(d));
+      const double flat2 = d.squaredNorm();
+      if (flat2 > reach * reach && !is_home) continue;
+      const double rise = incline.rise(d);
+      double distance = std::sqrt(flat2 + rise * rise);
       if (distance > reach && !is_home) continue;
       // A disc smaller than its cell speaks for it from its own centre.
       if (distance > reach) d.setZero(), distance = 0;
+      canvas.discs.mark(i, j, static_cast<float>(surfel.center.z() + incline.rise(d)));
+      if (!inside(i, j)) continue;
       Support s;
       incline.fill(d, s);
-      canvas.discs.mark(i, j, s.height);
-      if (!inside(i, j)) continue;
       s.cell = cell_in(i, j);
       s.source = 2 * index;
       s.reach = static_cast<float>(surfel.radius > 0 ? distance / surfel.radius : 0.0);
@@ -229,15 +276,19 @@ void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas) {
   }
 }
 
-void draw_plane(const MapPlane& plane, std::int32_t index, Canvas& canvas) {
+double wall_reach(const RasterOptions& options) { return options.plane_gap + options.resolution; }
+
+void draw_walls(const MapPlane& plane, Canvas& canvas) {
+  for (const std::vector<Eigen::Vector3d>& outline : plane.outlines_map) {
+    if (!outline.empty()) draw_wall(plane, outline, canvas);
+  }
+}
+
+void draw_floor(const MapPlane& plane, std::int32_t index, Canvas& canvas) {
   const Eigen::Vector3d& n = plane.plane_map.normal();
   const Incline incline(plane.centroid_map, n, plane.covariance);
   for (const std::vector<Eigen::Vector3d>& outline : plane.outlines_map) {
     if (outline.empty()) continue;
-    if (std::abs(n.z()) < kSteepCosine) {
-      draw_wall(plane, outline, canvas);
-      continue;
-    }
     std::vector<Eigen::Vector2d> flat;
     for (const Eigen::Vector3d& p : outline) flat.push_back(p.head<2>());
     fill_outline(flat, incline, 2 * index + 1, canvas);

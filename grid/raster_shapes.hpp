@@ -10,10 +10,14 @@ class DiscDistance {
  public:
   DiscDistance(double resolution, double reach);
   void mark(int i, int j, float height);  ///< cell relative to the tile; outside is ignored
-  void spread();                          ///< chamfer distances, once all is marked
+  void wall(int i, int j, float low, float high);  ///< something upright stands there, map z
+  /// Chamfer distances, once all is marked. `low` to `high` above a disc (m): walls there bar the
+  /// way to the cells behind them.
+  void spread(float low, float high);
   struct Nearest {
     double distance = 0;  ///< m
-    float height = 0;
+    double walked = 0;    ///< m, not through walls
+    float height = 0;     ///< of the disc nearest by that way; of the other where there is none
   };
   Nearest at(int i, int j) const;
 
@@ -23,7 +27,12 @@ class DiscDistance {
   }
   double resolution_;
   int margin_, side_;
+  void spread(std::vector<float>& distance, std::vector<float>& height, float low, float high,
+              bool walls) const;
   std::vector<float> distance_, height_;  // cells
+  std::vector<float> walked_, walked_height_;
+  std::vector<float> wall_low_, wall_high_;  // m, map z; none: high below low
+  bool walls_ = false;
 };
 
 struct Canvas {
@@ -37,8 +46,15 @@ struct Canvas {
   }
 };
 
+/// Reach of walls beyond a tile that matters to it, m.
+double wall_reach(const RasterOptions& options);
 void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas);
-/// Surfaces and undersides cell by cell, steep planes as what stands in a cell.
-void draw_plane(const MapPlane& plane, std::int32_t index, Canvas& canvas);
+/// What stands in the cells a steep plane goes through, or passes within half a cell of.
+void draw_walls(const MapPlane& plane, Canvas& canvas);
+/// Surfaces and undersides cell by cell; nothing of steep planes.
+void draw_floor(const MapPlane& plane, std::int32_t index, Canvas& canvas);
+inline bool is_steep(const MapPlane& plane) {
+  return std::abs(plane.plane_map.normal().z()) < kSteepCosine;
+}
 
 }  // namespace lamina::raster

@@ -55,12 +55,25 @@ Support combine(std::span<const Support> level) {
   return result;
 }
 
+// By cell, then height, then source: first into the cells, then the few of each.
+void sort_supports(std::vector<Support>& supports) {
+  std::array<std::uint32_t, kCells + 1> first{};
+  for (const Support& s : supports) ++first[static_cast<std::size_t>(s.cell) + 1];
+  for (std::size_t c = 0; c < kCells; ++c) first[c + 1] += first[c];
+  std::vector<Support> sorted(supports.size());
+  std::array<std::uint32_t, kCells + 1> next = first;
+  for (const Support& s : supports) sorted[next[static_cast<std::size_t>(s.cell)]++] = s;
+  for (std::size_t c = 0; c < kCells; ++c) {
+    std::sort(sorted.begin() + first[c], sorted.begin() + first[c + 1],
+              [](const Support& a, const Support& b) {
+                return a.height != b.height ? a.height < b.height : a.source < b.source;
+              });
+  }
+  supports.swap(sorted);
+}
+
 void make_levels(std::vector<Support>& supports, double gap, Tile& tile) {
-  std::sort(supports.begin(), supports.end(), [](const Support& a, const Support& b) {
-    if (a.cell != b.cell) return a.cell < b.cell;
-    if (a.height != b.height) return a.height < b.height;
-    return a.source < b.source;
-  });
+  sort_supports(supports);
   tile.levels.clear();
   std::size_t k = 0;
   for (int cell = 0; cell < kCells; ++cell) {
@@ -168,14 +181,19 @@ void draw_evidence(const PlanarMap& map, const RasterOptions& options, Tile& til
   for (const std::int32_t k : tile.surfels) {
     draw_disc(map.surfels[static_cast<std::size_t>(k)], k, canvas);
   }
-  const auto is_floor = [&map](std::int32_t k) {
-    return map.planes[static_cast<std::size_t>(k)].plane_map.normal().z() >= kSteepCosine;
-  };
-  if (!tile.surfels.empty() && std::any_of(tile.planes.begin(), tile.planes.end(), is_floor)) {
-    canvas.discs.spread();
+  bool floors = false;
+  for (const std::int32_t k : tile.planes) {
+    const MapPlane& plane = map.planes[static_cast<std::size_t>(k)];
+    floors = floors || plane.plane_map.normal().z() >= kSteepCosine;
+    if (is_steep(plane)) draw_walls(plane, canvas);
+  }
+  if (!tile.surfels.empty() && floors) {
+    canvas.discs.spread(static_cast<float>(options.max_step),
+                        static_cast<float>(options.robot_height));
   }
   for (const std::int32_t k : tile.planes) {
-    draw_plane(map.planes[static_cast<std::size_t>(k)], k, canvas);
+    const MapPlane& plane = map.planes[static_cast<std::size_t>(k)];
+    if (!is_steep(plane)) draw_floor(plane, k, canvas);
   }
   draw_points(map, options, tile);
   for (const std::int32_t k : tile.edges) {

@@ -1,6 +1,7 @@
 // The layers of one cell, from its site and those around.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <lamina/grid/raster_tile.hpp>
 
@@ -8,6 +9,7 @@ namespace lamina::raster {
 namespace {
 
 constexpr float kSure = 5;          // sigma: beyond, probabilities are 0 or 1
+constexpr float kLow = 0.12F;       // m: higher things stand there, they are no steps
 constexpr float kRounding = 1e-6F;  // m, of heights in float: a step of exactly T is one
 
 float normal_cdf(float z) { return 0.5F * std::erfc(-z * 0.70710678F); }
@@ -41,6 +43,9 @@ Steps steps(const Neighbourhood& around, const Site& site, int i, int j,
         result.complete = false;
         continue;
       }
+      // Low things that were seen as loose points alone are steps like those of surfaces.
+      const float rise = other->top - site.height;
+      if (other->blocked && rise > T && rise <= kLow) result.probability = 0;
       if (!other->supported) continue;
       const float distance = r * (di != 0 && dj != 0 ? 1.41421356F : 1.0F);
       result.probability =
@@ -72,6 +77,23 @@ bool refuted(const Neighbourhood& around, int i, int j, const RasterOptions& opt
     }
   }
   return true;
+}
+
+// Between things not three cells apart: the inside of a thin wall more often than a gap, and
+// nothing for a robot either way.
+bool squeezed(const Neighbourhood& around, int i, int j) {
+  const auto solid = [&](int di, int dj) {
+    for (int k = 1; k <= 2; ++k) {
+      const Site* other = around.at(i + k * di, j + k * dj);
+      if (other != nullptr && other->blocked) return true;
+    }
+    return false;
+  };
+  for (const auto& [di, dj] :
+       {std::pair(1, 0), std::pair(0, 1), std::pair(1, 1), std::pair(1, -1)}) {
+    if (solid(di, dj) && solid(-di, -dj)) return true;
+  }
+  return false;
 }
 
 float factor(const Site& site, float slope, const RasterOptions& options) {
@@ -112,7 +134,7 @@ NavigabilityCell verdict(const Neighbourhood& around, int i, int j, const Raster
   const float p = std::min(step.probability, slope_probability(*site, slope, options));
   const auto sure = static_cast<float>(options.min_probability);
   if (p <= 1 - sure) return never(cell, 1 - p);
-  if (p < sure || !step.complete || edge) return cell;
+  if (p < sure || !step.complete || edge || squeezed(around, i, j)) return cell;
   cell.navigability = factor(*site, slope, options);
   cell.confidence = p;
   return cell;

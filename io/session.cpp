@@ -16,8 +16,12 @@ constexpr SealedKind kKind{"LAMINASN", 1, "a session.lamina of `lamina map`"};
 }  // namespace
 
 template <class A>
-void fields(A& a, SeenEdges& v) {
-  a(v.stamp, v.edges_body);
+void fields(A& a, SeenRims& v) {
+  a(v.stamp, v.T_body_levelled, v.angle_min, v.angle_increment, v.reach, v.rims_levelled);
+}
+template <class A>
+void fields(A& a, KeptScan& v) {
+  a(v.scan, v.from_depth);
 }
 template <class A>
 void fields(A& a, SessionPart& v) {
@@ -25,7 +29,7 @@ void fields(A& a, SessionPart& v) {
 }
 template <class A>
 void fields(A& a, Session& v) {
-  a(v.settings, v.online, v.parts, v.map, v.scans, v.edges, v.before, v.counts, v.skipped);
+  a(v.settings, v.online, v.parts, v.map, v.scans, v.rims, v.before, v.counts, v.skipped);
 }
 
 void write_session(const std::filesystem::path& file, const Session& session) {
@@ -68,8 +72,8 @@ void Session::shift_time(std::int64_t nanoseconds) {
     shift(plane.last_seen);
   }
   for (MapFrame& frame : map.frames) shift(frame.stamp);
-  for (LaserScan& scan : scans) shift(scan.stamp);
-  for (SeenEdges& seen : edges) shift(seen.stamp);
+  for (KeptScan& kept : scans) shift(kept.scan.stamp);
+  for (SeenRims& seen : rims) shift(seen.stamp);
   Trajectory moved;
   for (const StampedPose& p : before) {
     moved.add(Timestamp::from_nanoseconds(p.stamp.nanoseconds() + nanoseconds), p.pose);

@@ -15,10 +15,19 @@
 
 namespace lamina::io {
 
-/// Rims of holes seen at one instant, in the body frame.
-struct SeenEdges {
+/// Rims of holes seen at one instant, and how far floor was seen past them.
+struct SeenRims {
   Timestamp stamp;
-  std::vector<EdgePoint> edges_body;
+  SE3 T_body_levelled;
+  double angle_min = 0, angle_increment = 0;
+  std::vector<float> reach;  ///< m from the origin, ground seen without a break
+  std::vector<EdgePoint> rims_levelled;
+};
+
+/// A scan in its own frame (`scan.lidar.T_body_lidar`), real or made from depth.
+struct KeptScan {
+  LaserScan scan;
+  bool from_depth = false;
 };
 
 /// One recording of a map: which stamps are its own. Joined maps have several.
@@ -33,8 +42,8 @@ struct Session {
   bool online = false;   ///< the path is what was known at each instant
   std::vector<SessionPart> parts;
   MapState map;
-  std::vector<LaserScan> scans;  ///< real ones, and those made from depth in the body frame
-  std::vector<SeenEdges> edges;
+  std::vector<KeptScan> scans;
+  std::vector<SeenRims> rims;
   Trajectory before;                     ///< T_map_body before the refinement; may be empty
   std::map<std::string, double> counts;  ///< as in metrics.json
   std::map<std::string, std::int64_t> skipped;

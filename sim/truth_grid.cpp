@@ -9,7 +9,8 @@ namespace lamina::sim {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-constexpr double kMargin = 6;  // m around the path
+constexpr double kMargin = 6;            // m around the path
+constexpr double kSlopeRounding = 1e-4;  // rad: rays meet faces in single precision
 constexpr double kSlopeFull = 45 * kPi / 180;
 
 struct Cell {
@@ -113,7 +114,8 @@ void block_steps(const GridRules& rules, const TruthGrid& grid, std::vector<Cell
   for (int j = 0; j < grid.height; ++j) {
     for (int i = 0; i < grid.width; ++i) {
       Cell& cell = cells[grid.index(i, j)];
-      cell.blocked = cell.solid || !cell.ground || cell.slope > rules.max_slope_deg * kPi / 180;
+      cell.blocked = cell.solid || !cell.ground ||
+                     cell.slope > rules.max_slope_deg * kPi / 180 + kSlopeRounding;
       around(grid, i, j, true, [&](std::size_t k) {
         const Cell& other = cells[k];
         if (other.solid) return;

@@ -1,6 +1,7 @@
 // The choice of the dominant floor.
 #include <lamina/frontend/floor/dominant_floor.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -52,6 +53,35 @@ bool rivals(std::span<const Scored> all, const Scored& chosen) {
   return false;
 }
 
+// A camera of unknown mounting that sees one plane and next to nothing else: that plane, when it is
+// no wall of a level camera.
+constexpr double kAlone = 0.5;      // of the frame's pixels it holds at least
+constexpr double kBesides = 0.1;    // of its pixels any other plane holds at most
+constexpr double kSideways = 0.35;  // of its normal at most: such a camera is not rolled as well
+
+std::optional<Scored> alone_in_view(std::span<const FloorCandidate> planes, double frame_pixels,
+                                    const FloorPrior& prior, const FloorOptions& options) {
+  const auto largest =
+      std::max_element(planes.begin(), planes.end(),
+                       [](const auto& a, const auto& b) { return a.pixels < b.pixels; });
+  const Plane& floor = largest->plane_camera;
+  for (const FloorCandidate& c : planes) {
+    // An uneven road falls into pieces: those lie like the largest.
+    const bool like = c.plane_camera.normal().dot(floor.normal()) > std::cos(5 * kDegree) &&
+                      std::abs(c.plane_camera.rho() - floor.rho()) < 0.05;
+    if (!like && c.pixels > kBesides * largest->pixels) return std::nullopt;
+  }
+  Scored s = score(*largest, prior);
+  s.index = static_cast<int>(largest - planes.begin());
+  const bool stands = s.height >= options.min_height_m && s.height <= options.max_height_m;
+  const bool filled = largest->pixels >= kAlone * frame_pixels;
+  const bool upright = std::abs(largest->plane_camera.normal().x()) <= kSideways;
+  if (!stands || !filled || !upright || s.tilt > kSteepConeDeg * kDegree) {
+    return std::nullopt;
+  }
+  return s;
+}
+
 }  // namespace
 
 FloorChoice choose_floor(std::span<const FloorCandidate> planes, double frame_pixels,
@@ -68,6 +98,12 @@ FloorChoice choose_floor(std::span<const FloorCandidate> planes, double frame_pi
     if (s.height < options.min_height_m || s.height > options.max_height_m) continue;
     all.push_back(s);
     best = std::max(best, s.score);
+  }
+  if (all.empty() && prior.knowledge == MountingKnowledge::kUnknown) {
+    if (const auto plane = alone_in_view(planes, frame_pixels, prior, options)) {
+      all.push_back(*plane);
+      best = plane->score;
+    }
   }
   if (all.empty()) return refuse(FloorStatus::kNoFloor, "no plane lies as a floor would");
   Scored chosen;

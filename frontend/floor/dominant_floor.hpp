@@ -29,6 +29,11 @@ struct FloorChoice {
   std::string reason;  ///< where status is not kFound
 };
 
+/// A camera of unknown mounting that looks steeply down sees its floor like a wall. Where nothing
+/// lies inside `unknown_cone_deg`, one plane alone that fills the view is the floor up to this
+/// tilt; a level camera's walls lie at 90 deg.
+inline constexpr double kSteepConeDeg = 65;
+
 struct FloorCandidate {
   Plane plane_camera;
   double pixels = 0;
@@ -40,6 +45,7 @@ struct FloorCandidate {
 ///   tilted and at another distance is a ramp or a step, not a floor to level by: kAmbiguous.
 /// - With nothing known, the lowest of the large planes within `unknown_cone_deg`; two of like size
 ///   that differ by more than 4 cm or 2 deg (stairs, floor and ramp): kAmbiguous.
+///   Where none lies in that cone: the one plane that fills the view, up to kSteepConeDeg.
 /// - Less than dominant_min_share of the pixels or dominant_min_area_m2: kTooSmall.
 FloorChoice choose_floor(std::span<const FloorCandidate> planes, double frame_pixels,
                          const FloorPrior& prior, const FloorOptions& options);

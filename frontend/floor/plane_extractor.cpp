@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 
+#include <lamina/frontend/floor/dominant_floor.hpp>
 #include <lamina/frontend/floor/leveling.hpp>
 #include <lamina/frontend/floor/plane_evidence.hpp>
 #include <lamina/frontend/floor/stopwatch.hpp>
@@ -89,9 +90,13 @@ void PlaneExtractor::first_look(const MountingPrior& prior) {
       prior.T_body_camera.so3().inverse() * Eigen::Vector3d(Eigen::Vector3d::UnitZ());
   Sampler sampler(options_.seed);
   BlockRansac ransac(blocks_, geometry_, noise_);
-  const auto found = ransac.best_plane(
-      candidates, regions_.labels(), {up, std::cos(options_.unknown_cone_deg * kDegree)},
-      2 * options_.distance_sigmas, 8 * options_.hypotheses, options_.min_plane_px, sampler);
+  const auto look = [&](double cone_deg, double least) {
+    return ransac.best_plane(candidates, regions_.labels(), {up, std::cos(cone_deg * kDegree)},
+                             2 * options_.distance_sigmas, 8 * options_.hypotheses, least, sampler);
+  };
+  auto found = look(options_.unknown_cone_deg, options_.min_plane_px);
+  // A camera that looks steeply down sees its floor alone.
+  if (!found) found = look(kSteepConeDeg, 0.5 * image_.width * image_.height);
   if (!found) return;
   if (const auto plane = geometry_.plane(found->plane)) {
     T_level_camera_ = leveled(prior.T_body_camera, *plane);

@@ -49,6 +49,7 @@ class Walk {
   WalkEnd end_of_floor();
   void follow(int plane);
   double range_on_floor(double i) const;
+  double last_range() const { return last_ >= 0 ? range_on_floor(last_) : 0; }
   double floor_height(double range) const;
   bool in_shadow() const;
   bool faded(double range) const;
@@ -62,12 +63,16 @@ class Walk {
   float noise_px_, step_, depth_;
 
   int plane_ = 0, next_plane_ = 0;
+  // Of the plane walked on: disparity from the principal point, and metres to pixels.
+  Eigen::Vector3f expected_ = Eigen::Vector3f::Zero();
+  float per_height_ = 0;
   double disparity0_ = 0, disparity_step_ = 0, outward0_ = 0, outward_step_ = 0;
-  float offset_ = 0;  // running mean of the height above the plane (m)
-  float height_ = 0;  // of the pixel at hand above the plane walked on (m)
-  float d_ = 0;       // its disparity
-  int last_ = -1;     // last sample on floor
-  double last_range_ = 0;
+  float offset_ = 0;    // running mean of the height above the plane (m)
+  float above_px_ = 0;  // of the pixel at hand above the plane walked on (px)
+  float d_ = 0;         // its disparity
+  int last_ = -1;       // last sample on floor
+  int followed_ = -1;   // last sample at which offset_ was brought up to date
+  double followed_range_ = 0;
   int above_ = 0, below_ = 0, first_above_ = -1, first_below_ = -1;
   float below_d_ = 0, above_d_ = 0;
   int pending_ = 0, first_pending_ = -1,
@@ -80,8 +85,10 @@ class Walk {
 // Along a line the floor's disparity and the ray's outward part both change linearly.
 void Walk::follow(int plane) {
   plane_ = plane;
-  const Eigen::Vector3d p =
-      planes_.planes[static_cast<std::size_t>(plane)].disparity.cast<double>();
+  WalkPlane& walked = planes_.planes[static_cast<std::size_t>(plane)];
+  expected_ = walked.disparity;
+  per_height_ = 1 / walked.camera_height;
+  const Eigen::Vector3d p = walked.disparity.cast<double>();
   const double u = static_cast<double>(line_.u0), v = static_cast<double>(line_.v0);
   const double du = static_cast<double>(line_.du), dv = static_cast<double>(line_.dv);
   disparity0_ = p.dot(Eigen::Vector3d(u - view_.cx, v - view_.cy, 1));
@@ -121,19 +128,17 @@ Pixel Walk::classify(int i) {
   if (!(d_ > 0)) return Pixel::kMissing;
   const float fu = static_cast<float>(pu) - static_cast<float>(view_.cx);
   const float fv = static_cast<float>(pv) - static_cast<float>(view_.cy);
-  const WalkPlane& p = planes_.planes[static_cast<std::size_t>(plane_)];
-  const float expected = p.disparity.x() * fu + p.disparity.y() * fv + p.disparity.z();
   // Above the plane by height: d - expected = height d / camera_height.
-  const float px_per_m = d_ / p.camera_height;
-  const float off = d_ - expected - offset_ * px_per_m;
-  height_ = (d_ - expected) / px_per_m;
+  const float px_per_m = d_ * per_height_;
+  above_px_ = d_ - (expected_.x() * fu + expected_.y() * fv + expected_.z());
+  const float off = above_px_ - offset_ * px_per_m;
   next_plane_ = plane_;
   if (std::abs(off) <= std::max(noise_px_, step_ * px_per_m)) return Pixel::kFloor;
   // Another level or ramp, where it meets the surface walked on.
   const int other = labels_.empty() ? -1 : planes_.of_label[labels_[at]];
   if (other >= 0 && other != plane_) {
     const Eigen::Vector3f& q = planes_.planes[static_cast<std::size_t>(other)].body;
-    const double range = last_range_ > 0 ? last_range_ : range_on_floor(i);
+    const double range = range_on_floor(last_ >= 0 ? last_ : i);
     const Eigen::Vector2d xy = view_.t.head<2>() + direction_ * range;
     const double there = q.cast<double>().dot(Eigen::Vector3d(xy.x(), xy.y(), 1));
     if (std::abs(there - floor_height(range)) <= options_.max_step_m + 0.02 * range) {
@@ -145,20 +150,27 @@ Pixel Walk::classify(int i) {
   return off < -std::max(noise_px_, depth_ * px_per_m) ? Pixel::kBelow : Pixel::kFloor;
 }
 
+// The running mean follows at every fourth sample, and where floor begins anew.
 void Walk::accept(int i) {
+  constexpr int kFollowEvery = 4;
   if (next_plane_ != plane_) {
     follow(next_plane_);
-    offset_ = height_ = 0;
+    offset_ = above_px_ = 0;
+    followed_ = -1;
   }
-  const double range = range_on_floor(i);
-  const double step = last_ >= 0 ? range - last_range_ : 0;
-  const float share = static_cast<float>(std::clamp(step / options_.local_floor_m, 0.02, 0.5));
-  offset_ += share * (std::clamp(height_, -3 * step_, 3 * step_) - offset_);
   const int ago = last_ < 0 ? 31 : std::min(31, i - last_);
+  if (followed_ < 0 || ago > 1 || i - followed_ >= kFollowEvery) {
+    const double range = range_on_floor(i);
+    const double step = followed_ >= 0 ? range - followed_range_ : 0;
+    const float share = static_cast<float>(std::clamp(step / options_.local_floor_m, 0.05, 0.5));
+    const float height = above_px_ / (d_ * per_height_);
+    offset_ += share * (std::clamp(height, -3 * step_, 3 * step_) - offset_);
+    planes_.planes[static_cast<std::size_t>(plane_)].entered = true;
+    followed_ = i;
+    followed_range_ = range;
+  }
   history_ = (history_ << ago) | 1U;
-  planes_.planes[static_cast<std::size_t>(plane_)].entered = true;
   last_ = i;
-  last_range_ = range;
   above_ = below_ = pending_ = 0;
 }
 
@@ -170,9 +182,9 @@ bool Walk::bridged(int i) {
     return range - range_on_floor(0) <= 0.5 || range < 1.2 * view_.noise.min_range;
   }
   if (i - last_ <= options_.min_run_px) return true;
-  const double gap = range - last_range_;
+  const double gap = range - last_range();
   if (gap <= options_.max_gap_m) return true;
-  return below_ == 0 && faded(last_range_) && gap <= options_.max_faded_gap_m;
+  return below_ == 0 && faded(last_range()) && gap <= options_.max_faded_gap_m;
 }
 
 bool Walk::on_floor(int i) {
@@ -204,7 +216,7 @@ bool Walk::in_shadow() const {
   const int v = static_cast<int>(line_.v0 + static_cast<float>(i) * line_.dv + 0.5F);
   if (v < 0 || v >= view_.image->height) return false;
   const float* row = view_.image->row(v);
-  const double floor_d = view_.noise.focal_baseline / std::max(0.1, last_range_);
+  const double floor_d = view_.noise.focal_baseline / std::max(0.1, last_range());
   for (int k = 1; k < 100; ++k) {
     for (const int x : {u - k, u + k}) {
       if (x < 0 || x >= view_.image->width) continue;
@@ -229,7 +241,7 @@ WalkEnd Walk::end_at(BeamCause cause, double beyond) {
   }
   const double next = range_on_floor(last_ + 1);
   end.range = range_on_floor(last_ + 0.5);
-  end.footprint = next - last_range_;
+  end.footprint = next - last_range();
   end.height = static_cast<float>(floor_height(end.range));
   end.gap = std::max(0.0, beyond - end.range);
   const std::uint32_t seen = history_ & ((1U << kSharpWindow) - 1);
@@ -270,8 +282,8 @@ WalkEnd Walk::run() {
       const double v = static_cast<double>(line_.v0 + static_cast<float>(first_above_) * line_.dv);
       const double range =
           (view_.point(u, v, static_cast<double>(above_d_)) - view_.t).head<2>().dot(direction_);
-      if (last_ >= 0 &&
-          range - last_range_ > options_.max_gap_m + 2 * (range_on_floor(last_ + 1) - last_range_))
+      if (last_ >= 0 && range - last_range() >
+                            options_.max_gap_m + 2 * (range_on_floor(last_ + 1) - last_range()))
         return end_of_floor();
       WalkEnd end = end_at(BeamCause::kObstacle, range);
       end.range = range;

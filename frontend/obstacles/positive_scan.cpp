@@ -9,6 +9,8 @@ namespace {
 
 // Rows between two looks at the columns: a rolled camera's columns lean less than a few pixels.
 constexpr int kChunkRows = 16;
+// Columns looked at together: where three rows hold nothing, nothing is worked out.
+constexpr int kChunkColumns = 32;
 constexpr float kFar = 1e12F;
 
 struct Row {
@@ -21,12 +23,25 @@ struct Limits {
   float tx, ty, tz;
 };
 
+// Is there anything in [from, to) between the tolerance and the top? Height is linear in 1 / d, so
+// that the tests need no division: pz > a <=> (tz - a) d + fb z > 0.
+bool anything(const float* d, int from, int to, const Row& r, const Limits& l) {
+  const float low = l.tz - l.step, high = l.tz - l.top, noise = l.fb * l.noise_per_z;
+  int found = 0;
+  for (int u = from; u < to; ++u) {
+    const float up = (r.z0 + r.dz * static_cast<float>(u)) * l.fb;
+    found |= static_cast<int>(d[u] > 0) & static_cast<int>(low * d[u] + up >= 0) &
+             static_cast<int>(l.tz * d[u] + up >= noise) & static_cast<int>(high * d[u] + up <= 0);
+  }
+  return found != 0;
+}
+
 // One row: squared horizontal range of obstacle pixels, kFar elsewhere; least over the chunk of the
 // farthest of three rows.
-void scan_row(const float* d, int width, const Row& r, const Limits& l, float* now,
+void scan_row(const float* d, int from, int to, const Row& r, const Limits& l, float* now,
               const float* before, const float* before2, float* nearest, float* x, float* y,
               float* z) {
-  for (int u = 0; u < width; ++u) {
+  for (int u = from; u < to; ++u) {
     const float fu = static_cast<float>(u);
     const float depth = l.fb / std::max(d[u], 1e-6F);
     const float px = (r.x0 + r.dx * fu) * depth + l.tx;
@@ -107,18 +122,38 @@ void positive_scan(const ScanView& view, std::span<const std::uint8_t> labels,
       static_cast<float>(view.t.y()),
       static_cast<float>(view.t.z())};
   const Eigen::Vector3f du = (view.R.col(0) / view.fx).cast<float>();
+  const int chunks = (width + kChunkColumns - 1) / kChunkColumns;
+  std::vector<char> any[3];
+  for (auto& a : any) a.assign(static_cast<std::size_t>(chunks), 0);
+  std::vector<char>*now_any = &any[0], *before_any = &any[1], *before2_any = &any[2];
   std::vector<float>*now = &b.before3, *before = &b.before, *before2 = &b.before2;
   for (int v = 0; v < view.image->height; ++v) {
     const Eigen::Vector3f r0 = view.ray(0, v).cast<float>();
     const Row row{r0.x(), r0.y(), r0.z(), du.x(), du.y(), du.z()};
-    scan_row(view.image->row(v), width, row, limits, now->data(), before->data(), before2->data(),
-             b.nearest.data(), b.x.data(), b.y.data(), b.z.data());
+    const float* d = view.image->row(v);
+    for (int c = 0; c < chunks; ++c) {
+      const int from = c * kChunkColumns, to = std::min(width, from + kChunkColumns);
+      char& mine = (*now_any)[static_cast<std::size_t>(c)];
+      const bool was = mine != 0;  // three rows ago: to be wiped
+      mine = anything(d, from, to, row, limits);
+      if (mine != 0 || (*before_any)[static_cast<std::size_t>(c)] != 0 ||
+          (*before2_any)[static_cast<std::size_t>(c)] != 0) {
+        scan_row(d, from, to, row, limits, now->data(), before->data(), before2->data(),
+                 b.nearest.data(), b.x.data(), b.y.data(), b.z.data());
+      } else if (was) {
+        std::fill(now->begin() + from, now->begin() + to, kFar);
+      }
+    }
     if (any_free)
       mask_floor(labels.data() + static_cast<std::size_t>(v) * n, width, free, now->data());
     std::vector<float>* oldest = before2;
     before2 = before;
     before = now;
     now = oldest;
+    std::vector<char>* oldest_any = before2_any;
+    before2_any = before_any;
+    before_any = now_any;
+    now_any = oldest_any;
     if ((v + 1) % kChunkRows == 0 || v + 1 == view.image->height) {
       scatter(view, b, out);
       std::fill(b.nearest.begin(), b.nearest.end(), kFar);

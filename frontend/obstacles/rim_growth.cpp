@@ -114,6 +114,19 @@ int lines_of_half_a_footprint(const WalkEnd& end, double line_step) {
   return static_cast<int>(0.5 * end.footprint / std::max(1e-6, end.range * line_step));
 }
 
+// Holes narrower than any wheel are specks of the matcher, unless the image's border cuts them.
+constexpr double kNarrowest = 0.03;  // m
+
+void drop_narrow(double line_step, std::vector<WalkEnd>& ends) {
+  const std::size_t n = ends.size();
+  for (std::size_t j = 0, k = 0; j < n; j = std::max(k, j + 1)) {
+    double width = 0;
+    for (k = j; k < n && is_negative(ends[k].cause); ++k) width += ends[k].range * line_step;
+    if (k == j || j == 0 || k == n || width >= kNarrowest) continue;
+    for (std::size_t i = j; i < k; ++i) ends[i].cause = BeamCause::kEdgeOfKnowledge;
+  }
+}
+
 }  // namespace
 
 void grow_rims(const ScanView& view, const std::vector<WalkLine>& lines, const WalkPlanes& planes,
@@ -161,6 +174,7 @@ void grow_rims(const ScanView& view, const std::vector<WalkLine>& lines, const W
   };
   pass(0, n - 1, 1);
   pass(n - 1, 0, -1);
+  drop_narrow(line_step, ends);
 }
 
 }  // namespace lamina

@@ -11,22 +11,78 @@ namespace {
 using test::make_rooms;
 using test::RoomOptions;
 
-TEST(Refiner, NamesWrongAssociations) {
+/// Chi-squared of an observation at the true pose and the true plane it names: beyond this the name
+/// is wrong in a way that shows. Floors of all rooms are one surface: some wrong names are true.
+constexpr double kShows = 40;
+
+struct Names {
+  int wrong = 0, found = 0, falsely = 0;
+};
+
+Names judge_names(const PlaneGraph& problem, const PlaneGraphResult& result) {
+  Names names;
+  for (std::size_t i = 0; i < problem.observations.size(); ++i) {
+    const PlaneGraph::Observation& o = problem.observations[i];
+    const PlaneMomentsFactor& factor = result.graph.plane_moments[i];
+    const Plane truth_body = problem.truth_map_body[static_cast<std::size_t>(o.pose)].inverse() *
+                             problem.truth_planes[static_cast<std::size_t>(o.plane)];
+    const bool wrong = factor.moments_body.cost(truth_body) > kShows;
+    const bool rejected = factor.weight < 0.5;
+    names.wrong += wrong;
+    names.found += wrong && rejected;
+    names.falsely += !wrong && rejected;
+  }
+  return names;
+}
+
+struct Trial {
+  double ate = 0, clean = 0;  ///< m; clean: the same problem with right names
+  Names names;
+  SolveStatus status = SolveStatus::kNothingToSolve;
+};
+
+Trial solve_with_wrong_names(double share, std::uint64_t seed) {
   RoomOptions options;
+  options.seed = seed;
   const double clean = solve_plane_graph(make_rooms(options)).ate_m;
-  options.wrong = 0.3;
+  options.wrong = share;
   const PlaneGraph problem = make_rooms(options);
   const PlaneGraphResult result = solve_plane_graph(problem);
-  EXPECT_LE(result.ate_m, 1.5 * clean);
-  // What was taken away is about what was wrong (six of seven draws name another room's plane or
-  // another plane of this room).
-  const double share = static_cast<double>(result.refine.rejected.size()) /
-                       static_cast<double>(problem.observations.size());
-  EXPECT_NEAR(share, 0.3, 0.08);
-  for (const FactorRef& ref : result.refine.rejected) {
-    EXPECT_EQ(ref.type, FactorType::kPlaneMoments);
-    EXPECT_EQ(result.graph.plane_moments[ref.index].weight, 0);
+  return {result.ate_m, clean, judge_names(problem, result), result.refine.status};
+}
+
+/// Over seeds, because one seed's ATE is a throw of the dice: fewer observations can be luckier.
+struct Sums {
+  double ate = 0, clean = 0;
+  Names names;
+};
+
+Sums solve_seeds(double share, std::uint64_t seeds) {
+  Sums sums;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    const Trial trial = solve_with_wrong_names(share, seed);
+    EXPECT_EQ(trial.status, SolveStatus::kConverged) << "seed " << seed;
+    sums.ate += trial.ate;
+    sums.clean += trial.clean;
+    sums.names.wrong += trial.names.wrong;
+    sums.names.found += trial.names.found;
+    sums.names.falsely += trial.names.falsely;
   }
+  return sums;
+}
+
+TEST(RefinerOutliers, ThirtyPercentWrongNamesHardlyShow) {
+  const Sums sums = solve_seeds(0.3, 20);
+  EXPECT_LE(sums.ate, 1.1 * sums.clean);
+  EXPECT_GE(sums.names.found, 0.97 * sums.names.wrong);
+  EXPECT_LE(sums.names.falsely, 0.1 * sums.names.wrong);
+}
+
+// The aim is 1.5; what holds is stated in docs/backend.md.
+TEST(RefinerOutliers, SeventyPercentWrongNamesAreFound) {
+  const Sums sums = solve_seeds(0.7, 10);
+  EXPECT_LE(sums.ate, 2.5 * sums.clean);
+  EXPECT_GE(sums.names.found, 0.93 * sums.names.wrong);
 }
 
 }  // namespace

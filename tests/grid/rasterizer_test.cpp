@@ -128,6 +128,25 @@ TEST(Rasterizer, WallsBlockOverhangsAboveTheRobotDoNot) {
   }
 }
 
+// The floor's plane reaches under furniture; nobody saw floor there.
+TEST(Rasterizer, APlaneFillsNothingBehindAWall) {
+  PlanarMap map;
+  test::add_path(map, {-2, 0, 0}, {-1, 0, 0});
+  test::add_floor(map, {-2, -1}, {0, 1}, [](double, double) { return 0.0; });
+  test::add_plate(map, {-2, -1}, {0.5, 1}, 0, true);
+  EXPECT_EQ(test::at(rasterize(map), 0.025, 0.0).navigability, 1.0F);
+  test::add_wall(map, {0, -1}, {0, 1}, 0, 1);
+  const NavigabilityGrid grid = rasterize(map);
+  EXPECT_EQ(test::at(grid, -0.125, 0.0).navigability, 1.0F);
+  for (double x = -0.015; x < 0.5; x += 0.05) {
+    EXPECT_FALSE(test::at(grid, x, 0.0).navigability > 0) << x;
+  }
+  // A lintel high above bars nothing.
+  map.planes.pop_back();
+  test::add_wall(map, {0, -1}, {0, 1}, 2, 2.5);
+  EXPECT_EQ(test::at(rasterize(map), 0.025, 0.0).navigability, 1.0F);
+}
+
 TEST(Rasterizer, CeilingsAreAboveTableTopsAreNot) {
   PlanarMap map;
   test::add_path(map, {-1, 0, 0}, {1, 0, 0});

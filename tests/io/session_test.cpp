@@ -36,8 +36,8 @@ Session small_session() {
   LaserScan scan;
   scan.stamp = Timestamp::from_seconds(1);
   scan.ranges = {1.0F, 2.0F};
-  session.scans = {scan};
-  session.edges = {{scan.stamp, {{{1, 2, 3}, 0.1, true}}}};
+  session.scans = {{scan, true}};
+  session.rims = {{scan.stamp, SE3(), 0, 0.1, {1.0F}, {{{1, 2, 3}, 0.1, true}}}};
   session.before.add(scan.stamp, SE3());
   session.counts["steps"] = 2;
   session.skipped["missing file"] = 1;
@@ -72,8 +72,8 @@ TEST(Session, ComesBackAndIsWrittenTheSame) {
   ASSERT_EQ(back.map.graph.planes.size(), 1u);
   EXPECT_EQ(back.map.graph.plane_moments[0].weight, 0.5);
   EXPECT_EQ(back.map.frames.size(), 2u);
-  EXPECT_EQ(back.scans[0].ranges.size(), 2u);
-  EXPECT_EQ(back.edges[0].edges_body[0].sigma, 0.1);
+  EXPECT_EQ(back.scans[0].scan.ranges.size(), 2u);
+  EXPECT_EQ(back.rims[0].rims_levelled[0].sigma, 0.1);
   EXPECT_EQ(back.skipped.at("missing file"), 1);
   const std::string first = bytes_of(file);
   write_session(file, back);
@@ -123,8 +123,8 @@ TEST(Session, ShiftMovesEveryStamp) {
   session.shift_time(5'000'000'000);
   EXPECT_EQ(session.map.frames[1].stamp, Timestamp::from_seconds(7));
   EXPECT_EQ(session.map.graph.keyframes[0].stamp, Timestamp::from_seconds(6));
-  EXPECT_EQ(session.scans[0].stamp, Timestamp::from_seconds(6));
-  EXPECT_EQ(session.edges[0].stamp, Timestamp::from_seconds(6));
+  EXPECT_EQ(session.scans[0].scan.stamp, Timestamp::from_seconds(6));
+  EXPECT_EQ(session.rims[0].stamp, Timestamp::from_seconds(6));
   EXPECT_EQ(session.before[0].stamp, Timestamp::from_seconds(6));
   EXPECT_EQ(session.parts[0].shift_ns, 5'000'000'000);
 }

@@ -76,6 +76,19 @@ TEST(DominantFloor, AWallIsNoFloorAndASliverIsTooLittle) {
   EXPECT_EQ(choose({}, MountingKnowledge::kCalibrated).status, FloorStatus::kNoPlanes);
 }
 
+// A camera that looks 55 deg down sees its floor much as a wall: taken where it is alone in view.
+TEST(DominantFloor, AFloorSeenSteeplyIsTakenWhereItIsAlone) {
+  const Plane steep = floor_of(turned(0, 55));
+  const Plane wall = kMounting.inverse() * Plane({-1, 0, 0}, -2);
+  const FloorCandidate alone{steep, 2.5e5, 1};
+  EXPECT_EQ(choose({alone}, MountingKnowledge::kUnknown).status, FloorStatus::kFound);
+  EXPECT_EQ(choose({alone, {wall, 1e5, 2}}, MountingKnowledge::kUnknown).status,
+            FloorStatus::kNoFloor);
+  EXPECT_EQ(choose({{steep, 1e5, 1}}, MountingKnowledge::kUnknown).status, FloorStatus::kNoFloor);
+  EXPECT_EQ(choose({{floor_of(turned(0, 75)), 2.5e5, 1}}, MountingKnowledge::kUnknown).status,
+            FloorStatus::kNoFloor);
+}
+
 TEST(DominantFloor, OfATableAndAFloorTheFloorIsTheLower) {
   const FloorCandidate floor{floor_of(kMounting), 6e4, 2.0};
   const FloorCandidate table{kMounting.inverse() * Plane({0, 0, 1}, 0.5), 9e4, 1.2};

@@ -1,0 +1,97 @@
+// Votes for and against each rim, by the refined path.
+#include <lamina/apps/rim_votes.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include <lamina/grid/grid_geometry.hpp>
+
+namespace lamina::apps {
+namespace {
+
+constexpr int kPassesNeeded = 3;
+constexpr int kBeamsAround = 2;
+constexpr double kFarthest = 6;  // m: no floor is followed further
+
+struct Place {
+  EdgePoint rim;
+  double nearest_rim = 1e9, nearest_pass = 1e9;  // m from the robot
+  std::size_t last_rim = 0;                      // index of the view
+  int passes = 0, passes_since = 0;              // all; after the last view that saw the rim
+
+  bool taken_back() const {
+    return (passes >= kPassesNeeded && nearest_pass < nearest_rim) || passes_since >= kPassesNeeded;
+  }
+};
+
+}  // namespace
+
+void RimVotes::add(const ObstacleScan& scan, const SE3& T_body_levelled) {
+  View view{scan.stamp,           T_body_levelled,  scan.angle_min,
+            scan.angle_increment, scan.floor_range, {}};
+  for (const EdgePoint& edge : edge_points(scan)) {
+    if (edge.negative) view.rims_levelled.push_back(edge);
+  }
+  const auto knows = [](float reach) { return reach > 0; };
+  if (view.rims_levelled.empty() && std::none_of(view.reach.begin(), view.reach.end(), knows))
+    return;
+  views_.push_back(std::move(view));
+}
+
+int RimVotes::View::beam_of(double angle) const {
+  const double offset = std::remainder(angle - angle_min, 2 * M_PI);
+  const double k = std::floor(
+      (offset < -0.5 * angle_increment ? offset + 2 * M_PI : offset) / angle_increment + 0.5);
+  return k >= 0 && k < static_cast<double>(reach.size()) ? static_cast<int>(k) : -1;
+}
+
+bool RimVotes::View::passed(const Eigen::Vector2d& place, double margin) const {
+  const double range = place.norm() + margin;
+  const int beam = beam_of(std::atan2(place.y(), place.x()));
+  if (beam < kBeamsAround || beam + kBeamsAround >= static_cast<int>(reach.size())) return false;
+  for (int k = beam - kBeamsAround; k <= beam + kBeamsAround; ++k) {
+    if (!(static_cast<double>(reach[static_cast<std::size_t>(k)]) > range)) return false;
+  }
+  return true;
+}
+
+std::vector<EdgePoint> RimVotes::rims(const Trajectory& trajectory, double resolution) const {
+  std::map<CellIndex, Place> places;
+  std::vector<SE3> T_levelled_map(views_.size());
+  std::vector<char> placed(views_.size(), 0);
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    const auto T_map_body = trajectory.at(views_[v].stamp);
+    if (!T_map_body) continue;
+    const SE3 T_map_levelled = *T_map_body * views_[v].T_body_levelled;
+    T_levelled_map[v] = T_map_levelled.inverse();
+    placed[v] = 1;
+    for (const EdgePoint& edge : views_[v].rims_levelled) {
+      const Eigen::Vector3d p = T_map_levelled * edge.position_map;
+      auto [at, fresh] = places.try_emplace(cell_of(p.head<2>(), resolution));
+      Place& place = at->second;
+      if (fresh || edge.sigma < place.rim.sigma) place.rim = {p, edge.sigma, true};
+      place.nearest_rim = std::min(place.nearest_rim, edge.position_map.head<2>().norm());
+      place.last_rim = v;
+    }
+  }
+  for (std::size_t v = 0; v < views_.size(); ++v) {
+    if (!placed[v]) continue;
+    for (auto& [cell, place] : places) {
+      const Eigen::Vector3d p = T_levelled_map[v] * place.rim.position_map;
+      const double range = p.head<2>().norm();
+      if (range > kFarthest || std::abs(p.z()) > 0.1 + 0.1 * range) continue;
+      if (!views_[v].passed(p.head<2>(), 2 * resolution + place.rim.sigma)) continue;
+      ++place.passes;
+      place.passes_since += v > place.last_rim;
+      place.nearest_pass = std::min(place.nearest_pass, range);
+    }
+  }
+  std::vector<EdgePoint> out;
+  for (const auto& [cell, place] : places) {
+    if (!place.taken_back()) out.push_back(place.rim);
+  }
+  return out;
+}
+
+}  // namespace lamina::apps

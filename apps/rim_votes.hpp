@@ -1,0 +1,41 @@
+// Rims of holes over many frames: what closer or later looks take back is dropped.
+#pragma once
+
+#include <vector>
+
+#include <lamina/frontend/obstacles/obstacle_scan.hpp>
+#include <lamina/io/session.hpp>
+#include <lamina/models/planar_map.hpp>
+#include <lamina/models/trajectory.hpp>
+
+namespace lamina::apps {
+
+/// A rim seen from afar is often where the sensor loses the floor, not where the floor ends; a pit
+/// may be covered by a plank later. Both show as floor seen beyond the rim. A rim's cell is dropped
+/// when three frames or more saw floor pass it and either the nearest of them was nearer than any
+/// that saw the rim, or all of them came after the last that did.
+class RimVotes {
+ public:
+  /// `T_body_levelled`: the scan's frame in the body.
+  void add(const ObstacleScan& scan, const SE3& T_body_levelled);
+  /// Rims at the places the path gives them, at most one for each cell of `resolution` m: the one
+  /// with the least sigma. Ascending by cell.
+  std::vector<EdgePoint> rims(const Trajectory& trajectory, double resolution) const;
+
+  /// All that was added, for sessions, and back.
+  std::vector<io::SeenRims> seen() const { return {views_.begin(), views_.end()}; }
+  void take(const std::vector<io::SeenRims>& seen) {
+    views_.clear();
+    for (const auto& rims : seen) views_.push_back({rims});
+  }
+
+ private:
+  struct View : io::SeenRims {
+    int beam_of(double angle) const;
+    /// Was floor seen beyond a place (levelled frame), by the beams around it too?
+    bool passed(const Eigen::Vector2d& place, double margin) const;
+  };
+  std::vector<View> views_;
+};
+
+}  // namespace lamina::apps
