@@ -233,7 +233,7 @@ void DiscDistance::spread(std::vector<float>& distance, std::vector<float>& heig
 DiscDistance::Nearest DiscDistance::at(int i, int j) const {
   const std::size_t k = index(i, j);
   const double distance = static_cast<double>(distance_[k]) * resolution_;
-  if (!walls_) return {distance, distance, height_[k]};
+  if (walked_.empty()) return {distance, distance, height_[k]};  // no wall, or nothing spread
   const bool reached = walked_[k] < kFar;
   return {distance, static_cast<double>(walked_[k]) * resolution_,
           reached ? walked_height_[k] : height_[k]};

@@ -147,6 +147,16 @@ TEST(Rasterizer, APlaneFillsNothingBehindAWall) {
   EXPECT_EQ(test::at(rasterize(map), 0.025, 0.0).navigability, 1.0F);
 }
 
+TEST(Rasterizer, AFloorsPlaneAndAWallNeedNoSurfels) {
+  PlanarMap map;
+  test::add_path(map, {-0.5, 0, 0}, {0.5, 0, 0});
+  test::add_plate(map, {-1, -1}, {1, 1}, 0, true);
+  test::add_wall(map, {0.5, -1}, {0.5, 1}, 0, 1);
+  const NavigabilityGrid grid = rasterize(map);
+  EXPECT_EQ(test::at(grid, 0.0, 0.0).navigability, 1.0F);
+  EXPECT_EQ(test::at(grid, 0.51, 0.0).navigability, 0.0F);
+}
+
 TEST(Rasterizer, CeilingsAreAboveTableTopsAreNot) {
   PlanarMap map;
   test::add_path(map, {-1, 0, 0}, {1, 0, 0});
