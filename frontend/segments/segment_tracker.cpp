@@ -58,7 +58,9 @@ std::vector<std::int64_t> SegmentTracker::update(const std::vector<ScanSegment>&
   const auto held = std::count_if(before.begin(), before.end(), [](const SegmentTrack& track) {
     return track.missed == 0 && track.observations >= track.needed;
   });
-  if (held > 0 && !segments.empty() && lost(column) == held) {
+  // One line alone that is gone may have ended or bent: a ridge flown across.
+  constexpr int kLeastWitnesses = 3;
+  if (held >= kLeastWitnesses && !segments.empty() && lost(column) == held) {
     std::vector<SegmentTrack> moved = tracks_;
     tracks_ = before;
     Vector6d sigma;

@@ -39,6 +39,7 @@ TEST(ProblemBuilder, CeresAgreesWithTheOwnSolver) {
     RefineOptions options;
     options.robust = false;
     options.minimizer.chi2_tolerance = 1e-9;
+    options.minimizer.relative_tolerance = 1e-12;
     EXPECT_EQ(refine(ours, options).status, SolveStatus::kConverged);
     CeresGraph ceres_graph(theirs);
     SolverChoice choice;
