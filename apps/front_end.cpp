@@ -31,15 +31,6 @@ Matrix6d any_motion() {
   return variances.asDiagonal();
 }
 
-// T_map_body of a body that sees this floor (body frame): floor at z = 0, origin above (0, 0), x of
-// the map along the body's heading.
-SE3 levelled_pose(const Plane& floor_body) {
-  const SO3 level(
-      Eigen::Quaterniond::FromTwoVectors(floor_body.normal(), Eigen::Vector3d::UnitZ()));
-  const SO3 R = SO3::rot_z(-level.yaw()) * level;
-  return SE3(R, {0, 0, -floor_body.rho()});
-}
-
 bool is_level(const SE3& T_body_lidar, double max_tilt) {
   const Eigen::Vector3d z_body = T_body_lidar.so3() * Eigen::Vector3d::UnitZ();
   return std::abs(z_body.z()) >= std::cos(max_tilt);
@@ -57,6 +48,13 @@ TrackingOptions tracking_of(const Settings& settings, const Calibration& calibra
 }
 
 }  // namespace
+
+SE3 levelled_pose(const Plane& floor_body) {
+  const SO3 level(
+      Eigen::Quaterniond::FromTwoVectors(floor_body.normal(), Eigen::Vector3d::UnitZ()));
+  const SO3 R = SO3::rot_z(-level.yaw()) * level;
+  return SE3(R, {0, 0, -floor_body.rho()});
+}
 
 FrontEnd::FrontEnd(const Settings& settings, const Calibration& calibration)
     : planar_(calibration.odometry.planar),

@@ -33,6 +33,10 @@ struct Step {
   SE3 T_body_levelled;                    ///< that frame in the body
 };
 
+/// T_map_body of a body that sees this floor: floor at z = 0, origin above (0, 0), x of the map
+/// along the body's heading.
+SE3 levelled_pose(const Plane& floor_body);
+
 /// Routes each measurement to its front-end and works out how the body moved since the last step:
 /// wheels where there are any, refined by matching scans; scans or depth images alone otherwise.
 class FrontEnd {

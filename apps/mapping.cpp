@@ -100,12 +100,8 @@ void level(Mapper& mapper) {
     if (plane.label == PlaneLabel::kFloor && (!floor || plane.area > floor->area)) floor = &plane;
   }
   if (!floor || map.trajectory.empty()) return;
-  const SO3 up(
-      Eigen::Quaterniond::FromTwoVectors(floor->plane_map.normal(), Eigen::Vector3d::UnitZ()));
-  const SE3& first = map.trajectory[0].pose;
-  const SO3 R = SO3::rot_z(-(up * first.so3()).yaw()) * up;
-  const Eigen::Vector3d origin = R * first.translation();
-  mapper.move(SE3(R, {-origin.x(), -origin.y(), -floor->plane_map.rho()}));
+  const SE3 T_first_map = map.trajectory[0].pose.inverse();
+  mapper.move(levelled_pose(T_first_map * floor->plane_map) * T_first_map);
 }
 
 std::int64_t plane_count(const Mapper& mapper) {

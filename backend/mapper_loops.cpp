@@ -150,11 +150,9 @@ RefineResult Mapper::refine(const RefineOptions& options,
 void Mapper::move(const SE3& T_new_map) {
   for (auto& [id, joint] : joint_) {
     // Pose errors are the body's own: they stay. Those of the plane turn with its tangent.
-    const Eigen::Vector3d old = graph_.at(id).plane_anchor.normal();
-    const Matrix32d B_new = Plane::tangent_basis(T_new_map.so3() * old);
     Eigen::Matrix<double, 9, 9> M = Eigen::Matrix<double, 9, 9>::Identity();
-    M.block<2, 2>(6, 6) =
-        B_new.transpose() * (T_new_map.so3().matrix() * Plane::tangent_basis(old));
+    M.bottomRightCorner<3, 3>() =
+        Plane::tangent_turn(T_new_map.so3(), graph_.at(id).plane_anchor.normal());
     joint = (M * joint * M.transpose()).eval();
   }
   graph_.move(T_new_map);

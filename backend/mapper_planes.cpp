@@ -150,14 +150,7 @@ std::optional<PlaneId> Mapper::promote(Tentative& t) {
     joint_[id] = C;
   }
   // Directions that nothing may ever measure are held, in the window and in the graph alike.
-  const double tilt = t.tilt_sigma, rho = options_.prior_distance_m;
-  window_.add_weak_prior(id, tilt, rho);
-  MarginalPrior prior;
-  prior.planes = {id};
-  prior.planes_linear = {plane.plane_anchor};
-  prior.sqrt_information = Eigen::Vector3d(1 / tilt, 1 / tilt, 1 / rho).asDiagonal();
-  prior.residual = Eigen::Vector3d::Zero();
-  graph_.marginal_priors.push_back(std::move(prior));
+  hold(id, plane.plane_anchor, t.tilt_sigma, options_.prior_distance_m);
   t.evidence.clear();
   hold_first_floor(id);
   return id;
@@ -178,16 +171,22 @@ void Mapper::hold_first_floor(PlaneId id) {
     return;
   }
   const Plane level = first_floor_map_->about(plane.anchor_map);
-  const double tilt = options_.first_floor_tilt_deg * kDegree;
-  const double height = options_.first_floor_height_m;
-  if (!window_.add_prior(id, level, tilt, height)) return;
-  first_floor_ = id;
+  if (hold(id, level, options_.first_floor_tilt_deg * kDegree, options_.first_floor_height_m)) {
+    first_floor_ = id;
+  }
+}
+
+// A prior on a plane, in the window and in the graph alike.
+bool Mapper::hold(PlaneId id, const Plane& at, double sigma_tilt, double sigma_rho) {
+  if (!window_.add_prior(id, at, sigma_tilt, sigma_rho)) return false;
   MarginalPrior prior;
   prior.planes = {id};
-  prior.planes_linear = {level};
-  prior.sqrt_information = Eigen::Vector3d(1 / tilt, 1 / tilt, 1 / height).asDiagonal();
+  prior.planes_linear = {at};
+  prior.sqrt_information =
+      Eigen::Vector3d(1 / sigma_tilt, 1 / sigma_tilt, 1 / sigma_rho).asDiagonal();
   prior.residual = Eigen::Vector3d::Zero();
   graph_.marginal_priors.push_back(std::move(prior));
+  return true;
 }
 
 // ------------------------------------------------------------------------------ merging

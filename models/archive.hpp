@@ -138,16 +138,15 @@ class ArchiveReader {
       values.resize(length(sizeof(T)));
       take(values.data(), values.size() * sizeof(T));
     } else {
-      const std::size_t count = length(1);
-      values.clear();
-      for (std::size_t i = 0; i < count; ++i) {
-        values.emplace_back();
-        read(values.back());
-      }
+      read_one_by_one(values);
     }
   }
   template <class T>
   void read(std::deque<T>& values) {
+    read_one_by_one(values);
+  }
+  template <class Sequence>
+  void read_one_by_one(Sequence& values) {
     const std::size_t count = length(1);
     values.clear();
     for (std::size_t i = 0; i < count; ++i) {

@@ -74,6 +74,13 @@ Matrix32d Plane::tangent_basis(const Eigen::Vector3d& n) {
   return B;
 }
 
+Eigen::Matrix3d Plane::tangent_turn(const SO3& R, const Eigen::Vector3d& normal) {
+  Eigen::Matrix3d M = Eigen::Matrix3d::Identity();
+  M.topLeftCorner<2, 2>() =
+      tangent_basis(R * normal).transpose() * (R.matrix() * tangent_basis(normal));
+  return M;
+}
+
 Plane Plane::boxplus(const Eigen::Vector3d& d) const {
   const double angle = d.head<2>().norm();
   const double sinc = angle < 1e-8 ? 1.0 - angle * angle / 6.0 : std::sin(angle) / angle;

@@ -51,6 +51,9 @@ class Plane {
   /// deterministic function of the normal; it jumps where n.z changes its sign [Duff2017].
   Matrix32d tangent_basis() const { return tangent_basis(normal_); }
   static Matrix32d tangent_basis(const Eigen::Vector3d& normal);
+  /// Takes (tilt, tilt, rho) about `normal` to the same about R * normal: each has a basis of its
+  /// own. Orthogonal.
+  static Eigen::Matrix3d tangent_turn(const SO3& R, const Eigen::Vector3d& normal);
 
   /// Moves on S^2 x R: the normal by the geodesic of basis * (d0, d1), rho by d2.
   Plane boxplus(const Eigen::Vector3d& d) const;
