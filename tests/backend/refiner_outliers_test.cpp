@@ -1,6 +1,9 @@
 // The refiner where many observations name the wrong plane.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdio>
+
 #include <lamina/backend/plane_graph_solve.hpp>
 
 #include "backend/room_generator.hpp"
@@ -53,9 +56,19 @@ Trial solve_with_wrong_names(double share, std::uint64_t seed) {
 
 /// Over seeds, because one seed's ATE is a throw of the dice: fewer observations can be luckier.
 struct Sums {
-  double ate = 0, clean = 0;
+  double ate = 0, clean = 0, ratios = 0, worst = 0;
   Names names;
 };
+
+// The figures of docs/backend.md.
+void print(double share, std::uint64_t seeds, const Sums& sums) {
+  std::printf(
+      "share %.1f, %d seeds: ATE over clean %.2f in the sum, %.2f in the mean, %.2f at worst; "
+      "wrong names found %.1f %%, right ones lost %.1f %% of the wrong ones' number\n",
+      share, static_cast<int>(seeds), sums.ate / sums.clean,
+      sums.ratios / static_cast<double>(seeds), sums.worst,
+      100.0 * sums.names.found / sums.names.wrong, 100.0 * sums.names.falsely / sums.names.wrong);
+}
 
 Sums solve_seeds(double share, std::uint64_t seeds) {
   Sums sums;
@@ -64,10 +77,13 @@ Sums solve_seeds(double share, std::uint64_t seeds) {
     EXPECT_EQ(trial.status, SolveStatus::kConverged) << "seed " << seed;
     sums.ate += trial.ate;
     sums.clean += trial.clean;
+    sums.ratios += trial.ate / trial.clean;
+    sums.worst = std::max(sums.worst, trial.ate / trial.clean);
     sums.names.wrong += trial.names.wrong;
     sums.names.found += trial.names.found;
     sums.names.falsely += trial.names.falsely;
   }
+  print(share, seeds, sums);
   return sums;
 }
 
