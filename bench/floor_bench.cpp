@@ -93,9 +93,10 @@ void bench_flat(int frames) {
       cells += static_cast<std::int64_t>(r.obstacle_points_body.size());
       for (const auto& c : r.surface.cells()) seen += c.pixels > 0;
       if (!r.floor_camera) continue;
-      const Leveling l = leveling_of(stage.T_true(), *r.floor_camera);
+      const Leveling l = leveling_of(stage.T_body_camera(), *r.floor_camera);
       worst_tilt = std::max(worst_tilt, std::hypot(l.roll, l.pitch));
-      worst_height = std::max(worst_height, std::abs(l.height - stage.T_true().translation().z()));
+      worst_height =
+          std::max(worst_height, std::abs(l.height - stage.T_body_camera().translation().z()));
     }
   }
   std::printf(
@@ -136,7 +137,7 @@ void bench_heights(int seeds) {
           for (const auto& x : plane.outline_map)
             c += x / static_cast<double>(plane.outline_map.size());
           const Eigen::Vector3d b = pose.inverse() * c;
-          const double range = (b - stage.T_true().translation()).norm();
+          const double range = (b - stage.T_body_camera().translation()).norm();
           double top = -1;
           int cells = 0;
           for (int i = 0; i < r.surface.nx(); ++i) {
@@ -178,15 +179,15 @@ void bench_mounting() {
         ++all;
         if (!r.floor_camera) continue;
         ++found;
-        const Leveling l = leveling_of(stage.T_true(), *r.floor_camera);
+        const Leveling l = leveling_of(stage.T_body_camera(), *r.floor_camera);
         worst_tilt = std::max(worst_tilt, std::hypot(l.roll, l.pitch));
         worst_height =
-            std::max(worst_height, std::abs(l.height - stage.T_true().translation().z()));
+            std::max(worst_height, std::abs(l.height - stage.T_body_camera().translation().z()));
       }
-      const SE3 difference = r.mounting.T_body_camera * stage.T_true().inverse();
+      const SE3 difference = r.mounting.T_body_camera * stage.T_body_camera().inverse();
       tracked_tilt = std::max(tracked_tilt, difference.so3().log().head<2>().norm());
-      tracked_height =
-          std::max(tracked_height, std::abs(r.mounting.height - stage.T_true().translation().z()));
+      tracked_height = std::max(
+          tracked_height, std::abs(r.mounting.height - stage.T_body_camera().translation().z()));
     }
     std::printf(
         "%-12s floor in %d of %d; single frame worst %.3f deg %.2f mm; tracked %.3f deg %.2f mm\n",

@@ -15,33 +15,19 @@
 #include <lamina/frontend/floor/leveling.hpp>
 #include <lamina/sim/sim_recording.hpp>
 
+#include "scene_camera.hpp"
+
 using namespace lamina;
 
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-
-// A scene with a camera whose believed mounting may be off.
-struct Stage {
+// A scene's camera that knows which planes are one.
+struct Stage : SceneCamera {
   Stage(const std::string& scene, const sim::Parameters& parameters, std::uint64_t seed)
-      : world(sim::make_scene(scene, parameters)),
-        caster(world.scene),
-        renderer(caster, world.rig.depth->camera, world.rig.depth->effects, seed) {
+      : SceneCamera(scene, parameters, seed) {
     group_coplanar();
   }
 
-  SE3 T_true() const { return world.rig.depth->camera.camera.T_body_camera; }
-  // Believed mounting: roll, pitch (rad) and height (m) off.
-  DepthFrame frame(const SE3& T_map_body, std::uint64_t index, double roll = 0, double pitch = 0,
-                   double height = 0) {
-    const SE3 T_map_camera = T_map_body * T_true();
-    truth = renderer.truth(T_map_camera);
-    DepthFrame f = renderer.measure(truth, T_map_camera, Timestamp(), index);
-    const SE3& T = f.camera.camera.T_body_camera;
-    f.camera.camera.T_body_camera =
-        SE3(SO3::exp({roll, pitch, 0}) * T.so3(), T.translation() + Eigen::Vector3d(0, 0, height));
-    return f;
-  }
   // Planes of the scene that lie in one plane count as one: whole planes are wanted, and the fronts
   // of two boxes in line are one plane.
   void group_coplanar() {
@@ -67,10 +53,6 @@ struct Stage {
     return surface < 0 ? -1 : caster.plane_of(surface);
   }
 
-  sim::World world;
-  sim::Caster caster;
-  sim::DepthRenderer renderer;
-  sim::DepthTruth truth;
   std::vector<int> group;  ///< plane -> first plane it is coplanar with
 };
 

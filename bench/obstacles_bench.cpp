@@ -14,34 +14,11 @@
 #include <lamina/sensors/stereo_frame.hpp>
 #include <lamina/sim/world.hpp>
 
+#include "scene_camera.hpp"
+
 using namespace lamina;
 
 namespace {
-
-constexpr double kDegree = M_PI / 180;
-
-// A scene seen from poses of our choice with a believed mounting that is off.
-struct Stage {
-  Stage(const std::string& scene, const sim::Parameters& parameters, std::uint64_t seed)
-      : world(sim::make_scene(scene, parameters)),
-        caster(world.scene),
-        renderer(caster, world.rig.depth->camera, world.rig.depth->effects, seed) {}
-
-  DepthFrame frame(const SE3& T_map_body, std::uint64_t index, double roll, double pitch) {
-    const SE3 T_true = world.rig.depth->camera.camera.T_body_camera;
-    const SE3 T_map_camera = T_map_body * T_true;
-    truth = renderer.truth(T_map_camera);
-    DepthFrame f = renderer.measure(truth, T_map_camera, Timestamp(), index);
-    SE3& T = f.camera.camera.T_body_camera;
-    T = SE3(SO3::exp({roll, pitch, 0}) * T.so3(), T.translation());
-    return f;
-  }
-
-  sim::World world;
-  sim::Caster caster;
-  sim::DepthRenderer renderer;
-  sim::DepthTruth truth;
-};
 
 SE3 pose(double x, double y, double yaw) { return SE3(SO3::rot_z(yaw), {x, y, 0}); }
 
@@ -80,7 +57,7 @@ struct Rims {
 
 // Beams over the near edge, by range of the edge: up to 2 m, 2 to 3 m.
 // Does the camera have that point of the floor in view?
-bool in_view(const Stage& stage, double angle, double range) {
+bool in_view(const SceneCamera& stage, double angle, double range) {
   const CameraModel& c = stage.world.rig.depth->camera.camera;
   const Eigen::Vector3d p = c.T_body_camera.inverse() *
                             Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0);
@@ -91,7 +68,7 @@ bool in_view(const Stage& stage, double angle, double range) {
 
 bool trace = false;  // print each missed beam
 
-void score(const Stage& stage, const SE3& T, const ObstacleScan& scan, Rims (&rims)[2]) {
+void score(const SceneCamera& stage, const SE3& T, const ObstacleScan& scan, Rims (&rims)[2]) {
   for (std::size_t i = 0; i < scan.size(); ++i) {
     bool near = false;
     const double truth = crossing(stage.world.scene, T, scan.angle(i), near);
@@ -147,7 +124,7 @@ const Rig kRigs[] = {
 // Drives towards the hole with a mounting that is off (deg).
 void drive(const char* scene, const Rig& rig, double off, const ScanOptions& options, int frames,
            Rims (&rims)[2]) {
-  Stage stage(scene, rig.parameters, 7);
+  SceneCamera stage(scene, rig.parameters, 7);
   FloorFrontend frontend;
   ObstacleScanner scanner(options);
   for (int k = 0; k < frames; ++k) {
@@ -203,8 +180,8 @@ void bench_flat(int frames) {
   for (int k = 0; k < frames; ++k) {
     const bool low = k % 2 == 0;
     static const sim::Parameters kLow{{"camera.height_m", "0.3"}, {"camera.pitch_deg", "0"}};
-    static Stage low_stage("flat", kLow, 3), high_stage("flat", {}, 4);
-    Stage& stage = low ? low_stage : high_stage;
+    static SceneCamera low_stage("flat", kLow, 3), high_stage("flat", {}, 4);
+    SceneCamera& stage = low ? low_stage : high_stage;
     const double off = std::sin(k * 1.7) * kDegree;
     const DepthFrame f = stage.frame(SE3(), static_cast<std::uint64_t>(k), 0.5 * off, off);
     FloorFrontend frontend;
@@ -220,7 +197,7 @@ void bench_flat(int frames) {
 }
 
 void bench_stairs(int frames) {
-  Stage stage("stairs_down", {}, 5);
+  SceneCamera stage("stairs_down", {}, 5);
   for (const double off : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
     if (trace && off != 0) continue;
     int beams = 0, passed = 0, unknown = 0, negative = 0, obstacles = 0, posts = 0, seen = 0;
@@ -272,7 +249,7 @@ void bench_stairs(int frames) {
 
 void bench_time() {
   for (const char* scene : {"hole", "flat", "room", "stairs_down"}) {
-    Stage stage(scene, {}, 1);
+    SceneCamera stage(scene, {}, 1);
     const DepthFrame f = stage.frame(stage.world.path.at(0), 0, 0, 0);
     FloorFrontend frontend;
     const FloorResult floor = frontend.process(f);
@@ -326,7 +303,7 @@ void bench_real(const char* folder, bool verbose) {
 }
 
 void dump(const char* scene, double x, bool grazing) {
-  Stage stage(scene, {{"effects.grazing", grazing ? "true" : "false"}}, 7);
+  SceneCamera stage(scene, {{"effects.grazing", grazing ? "true" : "false"}}, 7);
   const DepthFrame f = stage.frame(pose(x, 0, 0), 1, 0, 0);
   FloorFrontend frontend;
   ObstacleScanner scanner;
