@@ -15,7 +15,9 @@
 namespace lamina::apps {
 namespace {
 
-constexpr io::SealedKind kKind{"LAMINACP", 1, "a checkpoint of `lamina map`"};
+constexpr io::SealedKind kKind{"LAMINACP", 2, "a checkpoint of `lamina map`"};
+
+constexpr std::size_t kMostPending = 4 << 20;  // bytes
 
 struct Header {
   std::string identity;
@@ -112,6 +114,8 @@ void Checkpoint::add(const Step& step, const std::vector<LoopClosure>& loops) {
   ArchiveWriter archive;
   archive(step, loops);
   pending_ += archive.bytes();
+  // A recording that is read fast fills an interval with many steps.
+  if (pending_.size() > kMostPending) append_journal();
 }
 
 void Checkpoint::measured(const FrontEnd& front_end, const LoopCloser& closer) {
@@ -134,7 +138,7 @@ void Checkpoint::append_journal() {
     if (wrote <= 0) break;
     done += static_cast<std::size_t>(wrote);
   }
-  if (journal_ < 0 || done < pending_.size() || ::fsync(journal_) != 0) {
+  if (journal_ < 0 || done < pending_.size()) {
     throw Error(file.string() + ": writing failed, is the disk full?");
   }
   journal_bytes_ += pending_.size();
@@ -144,6 +148,7 @@ void Checkpoint::append_journal() {
 
 void Checkpoint::save(const FrontEnd& front_end, const LoopCloser& closer) {
   append_journal();
+  ::fsync(journal_);
   ArchiveWriter archive;
   archive(Header{identity_, measurements_, journal_bytes_, journal_sum_}, front_end, closer);
   io::write_sealed(folder_ / "state", kKind, archive.bytes());

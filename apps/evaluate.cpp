@@ -30,6 +30,8 @@ Verb evaluate_verb() {
                            "fail when the mean angle error of planes is above this, degrees");
             app.add_option("--max-missed", o->limits.max_missed,
                            "fail when more true planes than this are missed");
+            app.add_option("--max-false-free", o->limits.max_false_free,
+                           "fail when more than this share of free cells is not free, 0 to 1");
             return [o]() {
               const Evaluation evaluation = evaluate(o->map, o->truth);
               std::cout << to_text(evaluation);

@@ -97,6 +97,10 @@ Evaluation evaluate(const fs::path& map, const fs::path& truth) {
       evaluation.remarks.push_back("no truth.yaml: planes and grid not compared");
     }
   }
+  if (!evaluation.trajectory && !evaluation.planes && !evaluation.grid) {
+    throw Error(truth.string() +
+                ": found neither groundtruth.txt nor truth.yaml, expected one of them at least");
+  }
   return evaluation;
 }
 

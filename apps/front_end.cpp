@@ -36,14 +36,10 @@ bool is_level(const SE3& T_body_lidar, double max_tilt) {
   return std::abs(z_body.z()) >= std::cos(max_tilt);
 }
 
-// Tracks are predicted with the wheels' own uncertainty. A scanner that hangs or leans sees each
-// plane in few scans, far apart: there a track counts from its first sighting.
+// Tracks are predicted with the wheels' own uncertainty.
 TrackingOptions tracking_of(const Settings& settings, const Calibration& calibration) {
   TrackingOptions tracking = settings.tracking;
   tracking.odometry = calibration.odometry;
-  const bool level = !calibration.lidar ||
-                     is_level(calibration.lidar->T_body_lidar, settings.scan_odometry.max_tilt);
-  if (!level) tracking.min_observations = 1;
   return tracking;
 }
 
@@ -87,6 +83,14 @@ std::optional<Step> FrontEnd::process(const Measurement& measurement, io::Metric
   return std::nullopt;
 }
 
+// Odometry that ends before the first frame, or begins after the last, is none.
+void FrontEnd::meet_wheels(Timestamp stamp) {
+  wheels_met_ = wheels_met_ || wheels_.at(stamp).has_value();
+  // A scan asks back to the last scan, an image to the last step.
+  const auto from = last_scan_ ? last_scan_ : last_step_;
+  if (from) wheels_.forget_before(*from);
+}
+
 bool FrontEnd::out_of_order(Timestamp stamp) {
   if (!last_step_ || stamp >= *last_step_) return false;
   ++skipped_["stamp goes back"];
@@ -104,7 +108,7 @@ SE3 FrontEnd::dead_reckoned(Timestamp stamp) const {
 // A body on wheels stands on it; one whose scanner is all that tells its motion is taken to move
 // level, too. A single image that gave the first pose is not good enough.
 std::optional<Plane> FrontEnd::first_floor_map() {
-  if (!first_floor_map_ && first_step_ && (wheels_.empty() ? last_scan_.has_value() : planar_)) {
+  if (!first_floor_map_ && first_step_ && (wheels_met_ ? planar_ : last_scan_.has_value())) {
     const Eigen::Vector3d up = first_step_->so3() * Eigen::Vector3d::UnitZ();
     first_floor_map_ = Plane(up, up.dot(first_step_->translation()));
   }
@@ -150,6 +154,7 @@ Increment FrontEnd::advance(const SE3& T_start_body, const Matrix6d& covariance,
 
 std::optional<Step> FrontEnd::process_scan(const LaserScan& scan, io::Metrics& metrics) {
   if (out_of_order(scan.stamp)) return std::nullopt;
+  meet_wheels(scan.stamp);
   std::optional<MotionGuess> guess;
   if (last_scan_) {
     if (const auto moved = wheels_.between(*last_scan_, scan.stamp)) {
@@ -186,7 +191,6 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& scan, io::Metrics& m
     scan_step_ = motion.T_prev_curr_body;
   }
   last_scan_ = scan.stamp;
-  wheels_.forget_before(scan.stamp);
   step.T_start_body = T_start_body;
   step.scan = scan;
   if (level) step.scan_motion = motion;
@@ -228,6 +232,7 @@ Increment FrontEnd::move_by_depth(const DepthFrame& frame, const FloorResult& fl
   const auto timer = metrics.time("odometry");
   const DepthMotion motion = depth_odometry_.process(frame);
   step.motion_known = motion.status != ScanMotion::Status::kPredicted;
+  step.open_direction = motion.status == ScanMotion::Status::kDegenerate;
   if (last_step_) return {motion.T_prev_curr_body, motion.covariance};
   if (!floor.floor_camera) return {SE3(), still_covariance()};
   levelled_by_image_ = true;
@@ -237,6 +242,7 @@ Increment FrontEnd::move_by_depth(const DepthFrame& frame, const FloorResult& fl
 std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind kind,
                                             io::Metrics& metrics) {
   if (out_of_order(frame.stamp)) return std::nullopt;
+  meet_wheels(frame.stamp);
   depth_seen_ = true;
   Step step;
   std::optional<Increment> moved;
@@ -252,7 +258,7 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
     const auto timer = metrics.time("obstacles");
     step.obstacles = obstacles_.process(frame, floor);
   }
-  if (wheels_.empty() && !last_scan_) {
+  if (!wheels_met_ && !last_scan_) {
     moved = move_by_depth(frame, floor, step, metrics);
   } else if (!moved) {
     step.motion_known = !last_step_;
@@ -283,6 +289,7 @@ std::optional<Step> FrontEnd::process_cloud(const CloudFrame& cloud, io::Metrics
     return std::nullopt;
   }
   if (out_of_order(cloud.stamp)) return std::nullopt;
+  meet_wheels(cloud.stamp);
   depth_seen_ = true;
   Step step;
   std::optional<Increment> moved;
@@ -294,7 +301,7 @@ std::optional<Step> FrontEnd::process_cloud(const CloudFrame& cloud, io::Metrics
     step.motion_known = !last_step_;
     moved = coast(cloud.stamp);
   }
-  if (!last_step_ && wheels_.empty() && floor.floor_camera) {
+  if (!last_step_ && !wheels_met_ && floor.floor_camera) {
     levelled_by_image_ = true;
     moved->T_from_to = levelled_pose(cloud.T_body_sensor * *floor.floor_camera);
   }

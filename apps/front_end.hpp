@@ -26,6 +26,7 @@ struct Step {
   /// A scan with returns enough that does not fit the last ones wherever it is laid: the robot was
   /// carried away, or the world changed. Its motion is a guess.
   bool tracking_lost = false;
+  bool open_direction = false;            ///< an image told the motion, but not in all directions
   SE3 T_start_body;                       ///< all motions so far, chained: dead reckoning
   std::optional<LaserScan> scan;          ///< as measured, for loop closing and the occupancy grid
   std::optional<ScanMotion> scan_motion;  ///< since the last scan, of level scanners
@@ -49,20 +50,22 @@ class FrontEnd {
   /// True where the floor of the first image gave the first pose: the map's level is as good as
   /// that image's, and the refined floor knows better.
   bool levelled_by_image() const { return levelled_by_image_; }
+  /// There was odometry, but never at the time of a scan or frame: it told nothing.
+  bool odometry_never_met() const { return !wheels_.empty() && !wheels_met_; }
   /// Measurements that were left out, by reason.
   std::map<std::string, std::int64_t> skipped() const;
   /// For archives (models/archive.hpp): all that one measurement leaves to the next.
   template <class A>
   friend void fields(A& a, FrontEnd& v) {
     // All members by name: one more, and this no longer compiles until it is decided here.
-    auto& [planar, depth_seen, first_step, first_floor_map, levelled_by_image, wheels, floor,
+    auto& [planar, depth_seen, first_step, first_floor_map, levelled_by_image, wheels, met, floor,
            obstacles, depth_odometry, segments, scan_odometry, max_tilt, T_start_body, last_step,
            last_scan, T_start_scan_body, scan_step, scan_interval, skipped] = v;
     static_cast<void>(planar);     // of the calibration
     static_cast<void>(max_tilt);   // of the settings
     static_cast<void>(obstacles);  // keeps buffers alone
-    a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, depth_odometry, segments,
-      scan_odometry, T_start_body, last_step, last_scan, T_start_scan_body, scan_step,
+    a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, met, depth_odometry,
+      segments, scan_odometry, T_start_body, last_step, last_scan, T_start_scan_body, scan_step,
       scan_interval, skipped);
     if constexpr (A::kReading) {
       floor.load(a);
@@ -90,6 +93,7 @@ class FrontEnd {
   std::optional<Plane> first_floor_map();
   Matrix6d held_level(Matrix6d covariance) const;
   bool out_of_order(Timestamp stamp);
+  void meet_wheels(Timestamp stamp);
 
   bool planar_;                           // the robot stands on a floor
   bool depth_seen_ = false;               // and something sees that floor
@@ -97,6 +101,7 @@ class FrontEnd {
   std::optional<Plane> first_floor_map_;  // under it, where that is known
   bool levelled_by_image_ = false;
   WheelTrack wheels_;
+  bool wheels_met_ = false;  // they said something of a frame's or scan's own time
   FloorFrontend floor_;
   ObstacleScanner obstacles_;
   DepthOdometry depth_odometry_;

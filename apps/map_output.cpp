@@ -17,7 +17,7 @@
 #include <lamina/io/map_files.hpp>
 #include <lamina/io/ply_files.hpp>
 #include <lamina/io/scan_files.hpp>
-#include <lamina/io/session.hpp>
+#include <lamina/io/session_archive.hpp>
 #include <lamina/io/terrain_files.hpp>
 #include <lamina/viewer/report.hpp>
 
@@ -63,12 +63,28 @@ std::vector<OccupancyBeam> beams_of(const LaserScan& scan) {
 }  // namespace
 
 MapOutput::MapOutput(std::filesystem::path folder, const Settings& settings)
-    : folder_(std::move(folder)), settings_(settings) {}
+    : folder_(std::move(folder)), settings_(settings), scans_(folder_), rims_(folder_) {}
+
+void MapOutput::keep(const io::KeptScan& scan) {
+  ArchiveWriter archive;
+  archive(scan);
+  scans_.add(archive.bytes());
+}
+
+void MapOutput::for_each_scan(const std::function<void(const io::KeptScan&)>& take) const {
+  scans_.for_each([&take](std::string_view bytes) {
+    io::KeptScan scan;
+    ArchiveReader archive(bytes);
+    archive(scan);
+    take(scan);
+  });
+}
 
 void MapOutput::add(const Step& step, const AddResult& added) {
   ++metrics.counts["steps"];
   if (added.is_keyframe) ++metrics.counts["keyframes"];
   if (!step.motion_known) ++metrics.counts["steps_with_unknown_motion"];
+  if (step.open_direction) ++metrics.counts["steps_with_open_direction"];
   if (step.tracking_lost) {
     ++metrics.counts["steps_with_tracking_lost"];
     if (!lost_)
@@ -77,21 +93,22 @@ void MapOutput::add(const Step& step, const AddResult& added) {
   }
   lost_ = step.tracking_lost;
   if (added.loop_closed) ++metrics.counts["loops"];
-  if (step.scan) scans_.push_back({*step.scan, false});
+  if (step.scan) keep({*step.scan, false});
   if (step.obstacles) add_obstacles(*step.obstacles, step.T_body_levelled);
 }
 
 void MapOutput::take(const io::Session& session) {
   parts_ = session.parts;
-  scans_ = session.scans;
+  for (const io::KeptScan& scan : session.scans) keep(scan);
   rims_.take(session.rims);
   metrics.counts = session.counts;
   metrics.skipped = session.skipped;
 }
 
 void MapOutput::add_obstacles(const ObstacleScan& obstacles, const SE3& T_body_levelled) {
-  scans_.push_back({obstacles.to_laser_scan(), true});
-  scans_.back().scan.lidar.T_body_lidar = T_body_levelled;
+  io::KeptScan scan{obstacles.to_laser_scan(), true};
+  scan.scan.lidar.T_body_lidar = T_body_levelled;
+  keep(scan);
   rims_.add(obstacles, T_body_levelled);
 }
 
@@ -100,11 +117,11 @@ void MapOutput::write_scans(const Trajectory& trajectory) const {
   io::write_atomically(folder_ / "scans.csv", [&](std::ostream& out) {
     CombinedScan combined;
     io::write_scan_header(out);
-    for (const io::KeptScan& kept : scans_) {
+    for_each_scan([&](const io::KeptScan& kept) {
       const SE3 T_map_body = trajectory.at(kept.scan.stamp).value_or(SE3());
       const auto kind = kept.from_depth ? CombinedScan::Kind::kDepth : CombinedScan::Kind::kLidar;
       io::write_scan(out, combined.add(kept.scan, kind, T_map_body));
-    }
+    });
   });
 }
 
@@ -153,15 +170,16 @@ void MapOutput::write_grids(const PlanarMap& map, const Trajectory& trajectory) 
   const bool floor_seen = rasterizer.floor_seen();
   NavigabilityGrid grid = std::move(rasterizer).take_grid();
   std::optional<OccupancyGrid> occupancy;
-  for (const auto& [scan, kind] : scans_) {
+  for_each_scan([&](const io::KeptScan& kept) {
+    const LaserScan& scan = kept.scan;
     const auto pose = trajectory.at(scan.stamp);
-    if (!pose) continue;
+    if (!pose) return;
     const SE3 T_map_lidar = *pose * scan.lidar.T_body_lidar;
     if (!occupancy) {
       occupancy.emplace(with_scanner(occupancy_options(settings_), T_map_lidar));
     }
     occupancy->add(T_map_lidar, beams_of(scan));
-  }
+  });
   // A map from scans alone: nothing looked at the floor, what is clear at the scanner's height is
   // the best there is, and its confidence says so.
   if (!floor_seen && occupancy) fill_from_occupancy(grid, *occupancy);
@@ -197,13 +215,10 @@ void MapOutput::write_session(const Mapper& mapper, const Trajectory& trajectory
     session.parts.push_back({recording_, trajectory.front().stamp, trajectory.back().stamp, 0});
   }
   session.map = mapper.state();
-  session.scans = std::move(scans_);
-  session.rims = rims_.seen();
   session.before = before_;
   session.counts = metrics.counts;
   session.skipped = metrics.skipped;
-  io::write_session(folder_ / "session.lamina", session);
-  scans_ = std::move(session.scans);
+  io::write_session(folder_ / "session.lamina", session, scans_, rims_.seen());
 }
 
 void MapOutput::write(const Mapper& mapper, bool online) {
@@ -214,6 +229,8 @@ void MapOutput::write(const Mapper& mapper, bool online) {
   {
     const auto timer = metrics.time("write");
     io::write_trajectory(folder_ / "trajectory.txt", trajectory);
+    std::error_code ignored;  // what an earlier run of another mode left is not this map's
+    std::filesystem::remove(folder_ / "trajectory_before.txt", ignored);
     if (!before_.empty()) io::write_trajectory(folder_ / "trajectory_before.txt", before_);
     io::write_planes_json(folder_ / "planes.json", map.planes);
     io::write_planes_ply(folder_ / "planes.ply", map.planes);

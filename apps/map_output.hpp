@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -43,6 +44,8 @@ class MapOutput {
 
  private:
   void add_obstacles(const ObstacleScan& obstacles, const SE3& T_body_levelled);
+  void keep(const io::KeptScan& scan);
+  void for_each_scan(const std::function<void(const io::KeptScan&)>& take) const;
   void note(const std::string& file, const std::string& what);
   void write_grids(const PlanarMap& map, const Trajectory& trajectory);
   void write_parts(const Trajectory& trajectory);
@@ -52,7 +55,7 @@ class MapOutput {
   Settings settings_;
   std::string recording_;
   std::vector<io::SessionPart> parts_;  // of a session that goes on
-  std::vector<io::KeptScan> scans_;     // for scans.csv and the occupancy grid
+  io::Spool scans_;                     // io::KeptScan, for scans.csv and the occupancy grid
   RimVotes rims_;
   void write_scans(const Trajectory& trajectory) const;
   Trajectory before_;

@@ -5,12 +5,15 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <chrono>
+
 #include <lamina/apps/checkpoint.hpp>
 #include <lamina/apps/dead_reckoning.hpp>
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/interrupt.hpp>
 #include <lamina/apps/loop_book.hpp>
 #include <lamina/apps/map_output.hpp>
+#include <lamina/apps/preset.hpp>
 #include <lamina/apps/progress.hpp>
 #include <lamina/apps/reader.hpp>
 #include <lamina/backend/mapper.hpp>
@@ -24,12 +27,17 @@ namespace {
 
 constexpr std::size_t kReadAhead = 16;  // frames: half a second of a 30 Hz camera
 
-void refine(Mapper& mapper, MapOutput& output) {
+void refine(Mapper& mapper, MapOutput& output, const std::function<bool()>& ended) {
   const Trajectory before = mapper.trajectory();
-  const RefineResult result = mapper.refine();
+  const RefineResult result = mapper.refine({}, [&](const RefineProgress&) { return !ended(); });
   output.set_refinement(result, before, mapper.trajectory());
   if (result.status != SolveStatus::kConverged)
     spdlog::warn("refinement: {}", to_string(result.status));
+}
+
+double milliseconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+      .count();
 }
 
 // The online line: each step is mapped as it comes.
@@ -49,8 +57,9 @@ struct Run {
   const Settings& settings;
   MapOutput& output;
   Checkpoint* checkpoint;  // null: live, nothing to go on from
-  bool resume = false, quiet = false, interrupted = false;
+  bool resume = false, quiet = false, online = false;
   LoopCloser closer{settings.loops};
+  InterruptGuard interrupt{};  // Ctrl-C from here on: end early, write all
 };
 
 // Reads everything; `take` gets each step with the loops its scan closed. Goes on from a checkpoint
@@ -64,13 +73,15 @@ void for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& 
   } else if (run.checkpoint) {
     run.checkpoint->begin();
   }
-  const InterruptGuard interrupt;
   Reader reader(run.recording, kReadAhead);
   Progress progress(run.recording.size_hint(), run.quiet);
   io::Metrics& metrics = run.output.metrics;
   while (const auto measurement = reader.next()) {
     if (++done <= skip) continue;
-    if (auto step = run.front_end.process(*measurement, metrics)) {
+    const auto begin = std::chrono::steady_clock::now();
+    auto step = run.front_end.process(*measurement, metrics);
+    const bool is_step = step.has_value();
+    if (is_step) {
       JournalEntry entry{std::move(*step), {}};
       if (entry.step.scan_motion && run.settings.close_loops) {
         const auto timer = metrics.time("loops");
@@ -80,8 +91,11 @@ void for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& 
       planes = take(std::move(entry));
     }
     if (run.checkpoint) run.checkpoint->measured(run.front_end, run.closer);
+    // All that stands between a measurement and the pose and map it gives.
+    if (is_step && run.online) metrics.stages["frame"].add(milliseconds_since(begin));
+    metrics.memory.note(stamp_of(*measurement).seconds());
     progress.update(done, planes);
-    if ((run.interrupted = interrupt.interrupted())) {
+    if (run.interrupt.interrupted()) {
       spdlog::warn("interrupted: writing what is there");
       break;
     }
@@ -135,9 +149,19 @@ Mapper map_offline(Run& run) {
   }
   Mapper mapper(options);
   LoopBook book;
-  for (const Step& step : steps) map_step(step, mapper, book, output);
+  Progress progress(static_cast<std::int64_t>(steps.size()), run.quiet);
+  std::int64_t mapped = 0;
+  // Where reading was ended, what was read is mapped all the same.
+  const bool ended_before = run.interrupt.interrupted();
+  const auto ended = [&] { return run.interrupt.interrupted() && !ended_before; };
+  for (const Step& step : steps) {
+    if (ended()) break;
+    map_step(step, mapper, book, output);
+    progress.update(++mapped, plane_count(mapper));
+  }
+  progress.finish();
   output.metrics.counts["scan_loops"] = book.hand_over(loops, mapper);
-  refine(mapper, output);
+  refine(mapper, output, ended);
   if (run.front_end.levelled_by_image()) level(mapper);
   return mapper;
 }
@@ -177,36 +201,49 @@ void set_up_log(bool quiet) {
   spdlog::set_level(quiet ? spdlog::level::warn : spdlog::level::info);
 }
 
-Settings settings_of(const MapRequest& request) {
-  Settings settings;
-  if (request.config) load(settings, *request.config);
-  for (const auto& assignment : request.assignments) set_assignment(settings, assignment);
-  if (request.seed) settings.seed = *request.seed;
-  if (request.threads) settings.threads = *request.threads;
-  const auto wrong = problems(settings);
-  if (!wrong.empty()) throw Error("settings: " + wrong.front());
+Settings settings_of(const MapRequest& request, const Calibration* sensors) {
+  const auto all_over = [&request](Settings settings) {
+    if (request.config) load(settings, *request.config);
+    for (const auto& assignment : request.assignments) set_assignment(settings, assignment);
+    if (request.preset) set(settings, "preset", *request.preset, "--preset");
+    if (request.seed) settings.seed = *request.seed;
+    if (request.threads) settings.threads = *request.threads;
+    const auto wrong = problems(settings);
+    if (!wrong.empty()) throw Error("settings: " + wrong.front());
+    return settings;
+  };
+  const Settings asked = all_over({});
+  const Preset* preset = find_preset(asked.preset);
+  if (preset == nullptr && sensors) preset = &preset_for(*sensors, asked.scan_odometry.max_tilt);
+  if (preset == nullptr) return asked;
+  Settings base;
+  apply(*preset, base);
+  Settings settings = all_over(std::move(base));
+  settings.preset = preset->name;
   return settings;
 }
 
 int run_map(const MapRequest& request) {
   set_up_log(request.quiet);
-  const Settings settings = settings_of(request);
   RecordingOptions options;
-  for (const auto& [role, topic] : settings.topics) {
+  for (const auto& [role, topic] : settings_of(request).topics) {
     if (!topic.empty()) options.topics[role] = topic;
   }
   const auto recording = open_recording(request.input, options);
+  const Calibration sensors = recording->calibration();
+  const Settings settings = settings_of(request, &sensors);
+  spdlog::info("preset {}", settings.preset);
   io::make_output_folder(request.output);
   MapOutput output(request.output, settings);
   output.set_recording(request.input);
-  FrontEnd front_end(settings, recording->calibration());
+  FrontEnd front_end(settings, sensors);
   const bool live = request.input.rfind("openni:", 0) == 0;
   if (live && request.resume) {
     throw Error("--resume: found the live device " + request.input + ", expected a recording");
   }
   Checkpoint checkpoint(request.output, identity(request, settings), settings.checkpoint_interval);
-  Run run{*recording,     front_end,    settings, output, live ? nullptr : &checkpoint,
-          request.resume, request.quiet};
+  Run run{*recording,     front_end,     settings,      output, live ? nullptr : &checkpoint,
+          request.resume, request.quiet, request.online};
   const Mapper mapper = request.online ? map_online(run) : map_offline(run);
   output.add_skipped(recording->skipped());
   output.add_skipped(front_end.skipped());
@@ -216,8 +253,14 @@ int run_map(const MapRequest& request) {
   }
   output.metrics.counts["checkpoints"] = static_cast<double>(checkpoint.saves());
   output.write(mapper, request.online);
-  if (!live && !run.interrupted) checkpoint.finish();
+  if (!live && !run.interrupt.interrupted()) checkpoint.finish();
   fmt::print("{}", output.summary());
+  if (front_end.odometry_never_met()) {
+    spdlog::warn(
+        "the odometry's stamps never meet those of frames and scans: motion was taken from what "
+        "these see; are they of two clocks or two recordings? (`lamina info {}` tells)",
+        request.input);
+  }
   const double steps = output.metrics.counts["steps"];
   const double unknown = output.metrics.counts["steps_with_unknown_motion"];
   if (unknown > 0.5 * steps) {
@@ -225,6 +268,14 @@ int run_map(const MapRequest& request) {
         "nothing measured the motion before {:.0f} of {:.0f} frames and scans: is there no "
         "odometry, or do its stamps not meet theirs? (`lamina info` tells)",
         unknown, steps);
+  }
+  const double open = output.metrics.counts["steps_with_open_direction"];
+  if (open > 0.5 * steps) {
+    spdlog::warn(
+        "{:.0f} of {:.0f} images left a direction of their motion open (bare corridors, walls out "
+        "of "
+        "range): along it the path is a guess; wheel odometry or a scanner would tell",
+        open, steps);
   }
   if (output.metrics.counts["planes"] == 0) {
     throw Error(

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <lamina/apps/settings.hpp>
+#include <lamina/sensors/calibration.hpp>
 
 namespace lamina::apps {
 
@@ -14,6 +15,7 @@ struct MapRequest {
   std::string input;
   std::filesystem::path output;
   std::optional<std::filesystem::path> config;
+  std::optional<std::string> preset;     ///< by name; else the file's, else by the sensors
   std::vector<std::string> assignments;  ///< key=value
   bool online = false;                   ///< false: offline, the whole graph is refined at the end
   std::optional<int> seed, threads;
@@ -21,9 +23,10 @@ struct MapRequest {
   bool quiet = false;
 };
 
-/// Settings of a request: defaults, then the file, then --set, --seed, --threads. Throws
-/// lamina::Error for the first problem.
-Settings settings_of(const MapRequest& request);
+/// Settings of a request: defaults, the preset, then the file, then --set, --seed, --threads. Where
+/// the request names no preset, `sensors` choose it (null: none yet). Throws lamina::Error for the
+/// first problem.
+Settings settings_of(const MapRequest& request, const Calibration* sensors = nullptr);
 
 /// Log lines to stderr; warnings only when quiet.
 void set_up_log(bool quiet);

@@ -6,6 +6,8 @@
 #include <map>
 
 #include <lamina/grid/grid_geometry.hpp>
+#include <lamina/io/session_archive.hpp>
+#include <lamina/models/model_archive.hpp>
 
 namespace lamina::apps {
 namespace {
@@ -25,28 +27,33 @@ struct Place {
   }
 };
 
-}  // namespace
+struct View : io::SeenRims {
+  int beam_of(double angle) const;
+  /// Was floor seen beyond a place (levelled frame), by the beams around it too?
+  bool passed(const Eigen::Vector2d& place, double margin) const;
+};
 
-void RimVotes::add(const ObstacleScan& scan, const SE3& T_body_levelled) {
-  View view{scan.stamp,           T_body_levelled,  scan.angle_min,
-            scan.angle_increment, scan.floor_range, {}};
-  for (const EdgePoint& edge : edge_points(scan)) {
-    if (edge.negative) view.rims_levelled.push_back(edge);
-  }
-  const auto knows = [](float reach) { return reach > 0; };
-  if (view.rims_levelled.empty() && std::none_of(view.reach.begin(), view.reach.end(), knows))
-    return;
-  views_.push_back(std::move(view));
+View view_of(std::string_view bytes) {
+  View view;
+  ArchiveReader archive(bytes);
+  archive(static_cast<io::SeenRims&>(view));
+  return view;
 }
 
-int RimVotes::View::beam_of(double angle) const {
+std::string bytes_of(const io::SeenRims& view) {
+  ArchiveWriter archive;
+  archive(view);
+  return archive.bytes();
+}
+
+int View::beam_of(double angle) const {
   const double offset = std::remainder(angle - angle_min, 2 * M_PI);
   const double k = std::floor(
       (offset < -0.5 * angle_increment ? offset + 2 * M_PI : offset) / angle_increment + 0.5);
   return k >= 0 && k < static_cast<double>(reach.size()) ? static_cast<int>(k) : -1;
 }
 
-bool RimVotes::View::passed(const Eigen::Vector2d& place, double margin) const {
+bool View::passed(const Eigen::Vector2d& place, double margin) const {
   const double range = place.norm() + margin;
   const int beam = beam_of(std::atan2(place.y(), place.x()));
   if (beam < kBeamsAround || beam + kBeamsAround >= static_cast<int>(reach.size())) return false;
@@ -56,37 +63,62 @@ bool RimVotes::View::passed(const Eigen::Vector2d& place, double margin) const {
   return true;
 }
 
+}  // namespace
+
+void RimVotes::take(const std::vector<io::SeenRims>& seen) {
+  views_.clear();
+  for (const io::SeenRims& view : seen) views_.add(bytes_of(view));
+}
+
+void RimVotes::add(const ObstacleScan& scan, const SE3& T_body_levelled) {
+  io::SeenRims view{scan.stamp,           T_body_levelled,  scan.angle_min,
+                    scan.angle_increment, scan.floor_range, {}};
+  for (const EdgePoint& edge : edge_points(scan)) {
+    if (edge.negative) view.rims_levelled.push_back(edge);
+  }
+  const auto knows = [](float reach) { return reach > 0; };
+  if (view.rims_levelled.empty() && std::none_of(view.reach.begin(), view.reach.end(), knows))
+    return;
+  views_.add(bytes_of(view));
+}
+
 std::vector<EdgePoint> RimVotes::rims(const Trajectory& trajectory, double resolution) const {
   std::map<CellIndex, Place> places;
   std::vector<SE3> T_levelled_map(views_.size());
   std::vector<char> placed(views_.size(), 0);
-  for (std::size_t v = 0; v < views_.size(); ++v) {
-    const auto T_map_body = trajectory.at(views_[v].stamp);
-    if (!T_map_body) continue;
-    const SE3 T_map_levelled = *T_map_body * views_[v].T_body_levelled;
-    T_levelled_map[v] = T_map_levelled.inverse();
-    placed[v] = 1;
-    for (const EdgePoint& edge : views_[v].rims_levelled) {
+  std::size_t v = 0;
+  views_.for_each([&](std::string_view bytes) {
+    const View view = view_of(bytes);
+    const std::size_t index = v++;
+    const auto T_map_body = trajectory.at(view.stamp);
+    if (!T_map_body) return;
+    const SE3 T_map_levelled = *T_map_body * view.T_body_levelled;
+    T_levelled_map[index] = T_map_levelled.inverse();
+    placed[index] = 1;
+    for (const EdgePoint& edge : view.rims_levelled) {
       const Eigen::Vector3d p = T_map_levelled * edge.position_map;
       auto [at, fresh] = places.try_emplace(cell_of(p.head<2>(), resolution));
       Place& place = at->second;
       if (fresh || edge.sigma < place.rim.sigma) place.rim = {p, edge.sigma, true};
       place.nearest_rim = std::min(place.nearest_rim, edge.position_map.head<2>().norm());
-      place.last_rim = v;
+      place.last_rim = index;
     }
-  }
-  for (std::size_t v = 0; v < views_.size(); ++v) {
-    if (!placed[v]) continue;
+  });
+  v = 0;
+  views_.for_each([&](std::string_view bytes) {
+    const std::size_t index = v++;
+    if (!placed[index]) return;
+    const View view = view_of(bytes);
     for (auto& [cell, place] : places) {
-      const Eigen::Vector3d p = T_levelled_map[v] * place.rim.position_map;
+      const Eigen::Vector3d p = T_levelled_map[index] * place.rim.position_map;
       const double range = p.head<2>().norm();
       if (range > kFarthest || std::abs(p.z()) > 0.1 + 0.1 * range) continue;
-      if (!views_[v].passed(p.head<2>(), 2 * resolution + place.rim.sigma)) continue;
+      if (!view.passed(p.head<2>(), 2 * resolution + place.rim.sigma)) continue;
       ++place.passes;
-      place.passes_since += v > place.last_rim;
+      place.passes_since += index > place.last_rim;
       place.nearest_pass = std::min(place.nearest_pass, range);
     }
-  }
+  });
   std::vector<EdgePoint> out;
   for (const auto& [cell, place] : places) {
     if (!place.taken_back()) out.push_back(place.rim);

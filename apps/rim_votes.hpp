@@ -16,26 +16,21 @@ namespace lamina::apps {
 /// that saw the rim, or all of them came after the last that did.
 class RimVotes {
  public:
+  /// `folder`: where the views are kept on disk.
+  explicit RimVotes(const std::filesystem::path& folder = std::filesystem::temp_directory_path())
+      : views_(folder) {}
   /// `T_body_levelled`: the scan's frame in the body.
   void add(const ObstacleScan& scan, const SE3& T_body_levelled);
   /// Rims at the places the path gives them, at most one for each cell of `resolution` m: the one
   /// with the least sigma. Ascending by cell.
   std::vector<EdgePoint> rims(const Trajectory& trajectory, double resolution) const;
 
-  /// All that was added, for sessions, and back.
-  std::vector<io::SeenRims> seen() const { return {views_.begin(), views_.end()}; }
-  void take(const std::vector<io::SeenRims>& seen) {
-    views_.clear();
-    for (const auto& rims : seen) views_.push_back({rims});
-  }
+  /// All that was added (archived io::SeenRims), for sessions, and back.
+  const io::Spool& seen() const { return views_; }
+  void take(const std::vector<io::SeenRims>& seen);
 
  private:
-  struct View : io::SeenRims {
-    int beam_of(double angle) const;
-    /// Was floor seen beyond a place (levelled frame), by the beams around it too?
-    bool passed(const Eigen::Vector2d& place, double margin) const;
-  };
-  std::vector<View> views_;
+  io::Spool views_;
 };
 
 }  // namespace lamina::apps

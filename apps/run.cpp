@@ -30,7 +30,8 @@ std::string usage_line(const CLI::ParseError& error, const CLI::App& app, int ar
     }
   }
   std::string line = error.what();
-  if (argc > 1 && std::find(verbs.begin(), verbs.end(), argv[1]) == verbs.end()) {
+  if (argc < 2) return "found no verb, expected one of those `lamina --help` lists";
+  if (std::find(verbs.begin(), verbs.end(), argv[1]) == verbs.end()) {
     const std::string near = nearest(argv[1], verbs);
     line = "found the unknown verb '" + std::string(argv[1]) + "', expected " +
            (near.empty() ? "one of those `lamina --help` lists" : "'" + near + "'?");
@@ -44,8 +45,10 @@ std::string usage_line(const CLI::ParseError& error, const CLI::App& app, int ar
     const std::string near = nearest(name, options);
     if (!near.empty()) return "found the unknown option '" + name + "', expected '" + near + "'?";
   }
-  const auto end = line.find('\n');
-  return line.substr(0, end);
+  line = line.substr(0, line.find('\n'));
+  // CLI11's own words say what is wrong; where to look for what is right is added.
+  const std::string verb = argv[1];
+  return verb + ": found that " + line + ", expected what `lamina " + verb + " --help` says";
 }
 
 }  // namespace

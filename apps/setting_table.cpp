@@ -1,4 +1,5 @@
 // The table itself: keys, members, meanings.
+#include <lamina/apps/preset.hpp>
 #include <lamina/apps/settings.hpp>
 
 namespace lamina::apps {
@@ -14,6 +15,9 @@ namespace {
 
 std::vector<Setting> general_rows() {
   return {
+      LAMINA_ROW("preset", preset,
+                 "values to begin with: indoor_rgbd, wheeled_lidar, aerial_lidar, or auto: what "
+                 "the recording's sensors suggest; all other keys go over it"),
       LAMINA_ROW("seed", seed, "seed of everything random; the same seed gives the same bytes"),
       LAMINA_ROW("threads", threads, "threads to use; results do not depend on it"),
       LAMINA_ROW("checkpoint.interval_s", checkpoint_interval,
@@ -153,6 +157,9 @@ std::vector<std::string> problems(const Settings& settings) {
   const auto require = [&all](bool good, const std::string& text) {
     if (!good) all.push_back(text);
   };
+  require(settings.preset == "auto" || find_preset(settings.preset) != nullptr,
+          "preset: found '" + settings.preset +
+              "', expected auto, indoor_rgbd, wheeled_lidar or aerial_lidar");
   require(settings.threads >= 1, "threads must be at least 1");
   require(settings.checkpoint_interval > 0, "checkpoint.interval_s must be above 0");
   require(settings.grid_resolution >= 0.001, "grid.resolution_m must be at least 0.001");

@@ -25,6 +25,8 @@ struct RobotOptions {
 };
 
 struct Settings {
+  /// "auto", or the preset these began with (preset.hpp).
+  std::string preset = "auto";
   int seed = 1;
   int threads = 1;
   double checkpoint_interval = 30;  ///< s

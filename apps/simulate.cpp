@@ -2,7 +2,11 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <filesystem>
+
 #include <lamina/apps/interrupt.hpp>
+#include <lamina/apps/nearest.hpp>
 #include <lamina/apps/progress.hpp>
 #include <lamina/apps/verbs.hpp>
 #include <lamina/models/error.hpp>
@@ -31,6 +35,18 @@ sim::Parameters parameters_of(const std::vector<std::string>& assignments) {
   return parameters;
 }
 
+// A name that is neither a scene nor a file: perhaps one was meant.
+void require_scene(const std::string& scene) {
+  if (std::filesystem::exists(scene)) return;
+  std::vector<std::string> names;
+  for (const auto& [name, text] : sim::scene_list()) names.push_back(name);
+  if (std::find(names.begin(), names.end(), scene) != names.end()) return;
+  const std::string near = nearest(scene, names);
+  throw Error(
+      "simulate: found no scene '" + scene + "', expected " +
+      (near.empty() ? "a name of `lamina simulate --list` or a scene YAML" : "'" + near + "'?"));
+}
+
 int simulate(const SimulateOptions& o) {
   if (o.list) {
     for (const auto& [name, text] : sim::scene_list()) fmt::print("{:<16} {}\n", name, text);
@@ -39,6 +55,7 @@ int simulate(const SimulateOptions& o) {
   if (o.scene.empty())
     throw Error("simulate: found no SCENE, expected a name of `--list` or a scene YAML");
   if (o.output.empty()) throw Error("simulate: found no --output, expected a folder");
+  require_scene(o.scene);
   sim::World world = sim::load_scene(o.scene, parameters_of(o.assignments));
   const InterruptGuard interrupt;
   std::optional<Progress> progress;

@@ -2,9 +2,11 @@
 #include <lamina/io/metrics.hpp>
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include <lamina/io/atomic_file.hpp>
@@ -30,6 +32,24 @@ double StageTimes::percentile_ms(double percent) const {
   return sorted[static_cast<std::size_t>(index)];
 }
 
+double resident_mb() {
+  std::ifstream statm("/proc/self/statm");
+  double pages_in_all = 0, pages = 0;
+  statm >> pages_in_all >> pages;
+  return pages * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
+}
+
+void MemoryTrace::note(double recording_s) {
+  if (!first_) first_ = recording_s;
+  const double time = recording_s - *first_;
+  if (!samples_.empty() && time < samples_.back().time_s + interval_s_) return;
+  samples_.push_back({time, resident_mb()});
+  if (samples_.size() < kKept) return;
+  for (std::size_t i = 0; 2 * i < samples_.size(); ++i) samples_[i] = samples_[2 * i];
+  samples_.resize(samples_.size() / 2);
+  interval_s_ *= 2;
+}
+
 void write_metrics(const std::filesystem::path& file, const Metrics& metrics) {
   using Json = nlohmann::ordered_json;
   Json json;
@@ -50,6 +70,10 @@ void write_metrics(const std::filesystem::path& file, const Metrics& metrics) {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   json["peak_rss_mb"] = static_cast<double>(usage.ru_maxrss) / 1024.0;
+  json["memory"] = Json::array();
+  for (const auto& sample : metrics.memory.samples()) {
+    json["memory"].push_back({{"time_s", sample.time_s}, {"rss_mb", sample.rss_mb}});
+  }
   json["skipped"] = Json::object();
   for (const auto& [why, count] : metrics.skipped) json["skipped"][why] = count;
   json["counts"] = Json::object();

@@ -36,10 +36,31 @@ struct RefineMetrics {
   double moved_rms_m = 0;                                 ///< how far poses moved, rms
 };
 
+/// Resident memory of the process now, MB.
+double resident_mb();
+
+/// Memory over a run. Beyond kKept samples every second is dropped and the interval doubles.
+class MemoryTrace {
+ public:
+  struct Sample {
+    double time_s, rss_mb;  ///< of the recording, since its first measurement
+  };
+  /// Takes a sample when the interval has passed.
+  void note(double recording_s);
+  const std::vector<Sample>& samples() const { return samples_; }
+
+ private:
+  static constexpr std::size_t kKept = 720;
+  std::vector<Sample> samples_;
+  std::optional<double> first_;
+  double interval_s_ = 10;
+};
+
 struct Metrics {
   std::map<std::string, StageTimes> stages;
   std::optional<RefineMetrics> refine;
   std::map<std::string, std::int64_t> skipped;
+  MemoryTrace memory;
   std::map<std::string, double> counts;  ///< frames, keyframes, planes, loops, ...
 
   /// Times a scope: { const auto timer = metrics.time("floor"); ... }.

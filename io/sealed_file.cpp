@@ -26,13 +26,27 @@ std::uint64_t checksum(std::string_view bytes, std::uint64_t state) {
 
 void write_sealed(const std::filesystem::path& file, const SealedKind& kind,
                   std::string_view content) {
+  write_sealed(file, kind,
+               [content](const std::function<void(std::string_view)>& put) { put(content); });
+}
+
+void write_sealed(
+    const std::filesystem::path& file, const SealedKind& kind,
+    const std::function<void(const std::function<void(std::string_view)>& put)>& write) {
   LAMINA_CHECK(kind.magic.size() == 8);
-  ArchiveWriter header;
-  header(kind.version, std::uint32_t{0}, static_cast<std::uint64_t>(content.size()),
-         checksum(content));
   write_atomically(file, [&](std::ostream& out) {
-    out << kind.magic << header.bytes();
-    out.write(content.data(), static_cast<std::streamsize>(content.size()));
+    std::uint64_t size = 0, sum = checksum({});
+    out << kind.magic << std::string(kHeader - kind.magic.size(), '\0');
+    write([&](std::string_view bytes) {
+      size += bytes.size();
+      sum = checksum(bytes, sum);
+      out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    });
+    // Size and sum are known now: the header again, over the empty one.
+    ArchiveWriter header;
+    header(kind.version, std::uint32_t{0}, size, sum);
+    out.seekp(static_cast<std::streamoff>(kind.magic.size()));
+    out << header.bytes();
   });
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -21,6 +22,10 @@ struct SealedKind {
 /// Writes whole or not at all (io/atomic_file.hpp).
 void write_sealed(const std::filesystem::path& file, const SealedKind& kind,
                   std::string_view content);
+/// The same, `write` handing the content over piece by piece.
+void write_sealed(
+    const std::filesystem::path& file, const SealedKind& kind,
+    const std::function<void(const std::function<void(std::string_view)>& put)>& write);
 /// The content. Throws lamina::Error with one line for a file that cannot be read, is something
 /// else, is of another version, was cut short or is damaged. Nothing is allocated on the word of a
 /// header: its size must be the file's.

@@ -5,8 +5,8 @@
 
 #include <lamina/backend/map_archive.hpp>
 #include <lamina/io/sealed_file.hpp>
+#include <lamina/io/session_archive.hpp>
 #include <lamina/models/error.hpp>
-#include <lamina/sensors/sensor_archive.hpp>
 
 namespace lamina::io {
 namespace {
@@ -16,18 +16,6 @@ constexpr SealedKind kKind{"LAMINASN", 1, "a session.lamina of `lamina map`"};
 }  // namespace
 
 template <class A>
-void fields(A& a, SeenRims& v) {
-  a(v.stamp, v.T_body_levelled, v.angle_min, v.angle_increment, v.reach, v.rims_levelled);
-}
-template <class A>
-void fields(A& a, KeptScan& v) {
-  a(v.scan, v.from_depth);
-}
-template <class A>
-void fields(A& a, SessionPart& v) {
-  a(v.name, v.first, v.last, v.shift_ns);
-}
-template <class A>
 void fields(A& a, Session& v) {
   a(v.settings, v.online, v.parts, v.map, v.scans, v.rims, v.before, v.counts, v.skipped);
 }
@@ -36,6 +24,28 @@ void write_session(const std::filesystem::path& file, const Session& session) {
   ArchiveWriter archive;
   archive(session);
   write_sealed(file, kKind, archive.bytes());
+}
+
+// The members in the order of fields(Session), the lists item by item.
+void write_session(const std::filesystem::path& file, const Session& session, const Spool& scans,
+                   const Spool& rims) {
+  LAMINA_CHECK(session.scans.empty() && session.rims.empty());
+  write_sealed(file, kKind, [&](const std::function<void(std::string_view)>& put) {
+    {
+      ArchiveWriter head;
+      head(session.settings, session.online, session.parts, session.map);
+      put(head.bytes());
+    }
+    for (const Spool* list : {&scans, &rims}) {
+      ArchiveWriter count;
+      count(list->size());
+      put(count.bytes());
+      list->for_each(put);
+    }
+    ArchiveWriter tail;
+    tail(session.before, session.counts, session.skipped);
+    put(tail.bytes());
+  });
 }
 
 Session read_session(const std::filesystem::path& file) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <lamina/backend/map_state.hpp>
+#include <lamina/io/spool.hpp>
 #include <lamina/models/planar_map.hpp>
 #include <lamina/models/trajectory.hpp>
 #include <lamina/sensors/laser_scan.hpp>
@@ -54,6 +55,10 @@ struct Session {
 
 /// Whole or not at all.
 void write_session(const std::filesystem::path& file, const Session& session);
+/// The same with the archived items (session_archive.hpp) of `scans` and `rims`, of which `session`
+/// itself holds none: never all of them in memory.
+void write_session(const std::filesystem::path& file, const Session& session, const Spool& scans,
+                   const Spool& rims);
 /// Throws lamina::Error, one line: not there, something else, another version, cut short, damaged.
 Session read_session(const std::filesystem::path& file);
 

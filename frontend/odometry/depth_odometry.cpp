@@ -17,7 +17,7 @@ struct Sums {
 };
 
 struct Gate {
-  float distance, sigmas, beside, cosine;
+  float distance, sigmas, beside, cosine, surface_variance;
 };
 
 /// Normal equations of one key frame for T_key_current (right tangent).
@@ -48,7 +48,7 @@ void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T
       const Eigen::Vector3f n = R.transpose() * k.normal;
       if (n.dot(c.normal) < gate.cosine) continue;
       const float e = k.normal.dot(q - k.point);
-      const float variance = c.sigma * c.sigma + k.sigma * k.sigma;
+      const float variance = c.sigma * c.sigma + k.sigma * k.sigma + gate.surface_variance;
       const float limit = std::max(gate.distance, gate.sigmas * std::sqrt(variance));
       if (std::abs(e) > limit || (q - k.point).squaredNorm() > gate.beside * q.z() * q.z())
         continue;
@@ -56,7 +56,8 @@ void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T
       const float r = e / (0.5F * limit), root = 1 + r * r;
       const float w = 1 / (variance * root * root);
       Eigen::Matrix<float, 6, 1> J;
-      J << n, c.point.cross(n);
+      const Eigen::Vector3f m = c.point.cross(n);
+      J << n.x(), n.y(), n.z(), m.x(), m.y(), m.z();
       H.noalias() += (w * J) * J.transpose();
       b -= (w * e) * J;
       sums.squares += static_cast<double>(e * e);
@@ -127,7 +128,7 @@ std::vector<const DepthOdometry::KeyFrame*> DepthOdometry::references(
     if (&key == &keys_.back()) break;
     Sums sums;
     accumulate(key.blocks, current, key.T_world_camera.inverse() * T_world_camera, 6,
-               {static_cast<float>(options_.fine_gate), 4, beside, 0.8F}, sums);
+               {static_cast<float>(options_.fine_gate), 4, beside, 0.8F, surface_variance()}, sums);
     if (sums.tried > 0 && sums.used > options_.old_overlap * sums.tried) {
       result.push_back(&key);
       break;
@@ -136,23 +137,23 @@ std::vector<const DepthOdometry::KeyFrame*> DepthOdometry::references(
   return result;
 }
 
+// From a.T_world_camera; `predicted` is what the prior is about.
 void DepthOdometry::align(const DepthBlocks& current, const SE3& predicted, const Matrix6d& prior,
-                          Alignment& a) const {
-  a.T_world_camera = predicted;
-  const auto keys = references(current, predicted);
+                          Alignment& a, int fine_iterations) const {
+  const auto keys = references(current, a.T_world_camera);
   if (keys.empty()) return;
-  const int iterations = options_.coarse_iterations + options_.fine_iterations;
+  const int iterations = options_.coarse_iterations + fine_iterations;
   bool fine = false;
   for (int i = 0, left = options_.coarse_iterations; i < iterations; ++i, --left) {
     if (!fine && left <= 0) {
       fine = true;
-      left = options_.fine_iterations;
+      left = fine_iterations;
     }
     const double shrink = std::pow(0.6, i);
     const double distance =
         fine ? options_.fine_gate : std::max(options_.fine_gate, options_.coarse_gate * shrink);
     const Gate gate{static_cast<float>(distance), 4, 0.0625F,
-                    static_cast<float>(options_.min_normal_cosine)};
+                    static_cast<float>(options_.min_normal_cosine), surface_variance()};
     Sums s;
     for (const KeyFrame* key : keys) {
       accumulate(key->blocks, current, key->T_world_camera.inverse() * a.T_world_camera,
@@ -182,6 +183,53 @@ void DepthOdometry::align(const DepthBlocks& current, const SE3& predicted, cons
   }
 }
 
+double DepthOdometry::fit(const DepthBlocks& current, const SE3& T_world_camera) const {
+  const KeyFrame& key = keys_.back();
+  Sums sums;
+  accumulate(key.blocks, current, key.T_world_camera.inverse() * T_world_camera,
+             options_.coarse_stride,
+             {static_cast<float>(options_.fine_gate), 4, 0.0625F,
+              static_cast<float>(options_.min_normal_cosine), surface_variance()},
+             sums);
+  return sums.tried > 0 ? static_cast<double>(sums.used) / sums.tried : 0;
+}
+
+std::vector<SE3> DepthOdometry::other_starts(const SE3& predicted, const SE3& T_body_camera,
+                                             double sigma_turn) const {
+  const double reach = 3 * sigma_turn, step = options_.coarse_gate / keys_.back().median_depth;
+  std::vector<SE3> starts;
+  if (reach <= step) return starts;
+  // The turn has ended; the way goes on.
+  starts.emplace_back(T_world_camera_.so3(), predicted.translation());
+  const int each_way = std::min(8, static_cast<int>(std::ceil(reach / step)));
+  for (int k = 1; k <= each_way; ++k) {
+    for (const double turn : {k * step, -k * step}) {
+      const SE3 about_body(SO3::rot_z(turn), Eigen::Vector3d::Zero());
+      starts.push_back(predicted * T_body_camera.inverse() * about_body * T_body_camera);
+    }
+  }
+  return starts;
+}
+
+void DepthOdometry::search(const DepthBlocks& current, const Matrix6d& prior,
+                           const std::vector<SE3>& starts, Alignment& a) const {
+  double best = fit(current, a.T_world_camera) + options_.search_gain;
+  std::optional<SE3> better;
+  for (const SE3& start : starts) {
+    Alignment tried;
+    tried.T_world_camera = start;
+    align(current, start, prior, tried, 2);
+    const double found = fit(current, tried.T_world_camera);
+    if (found <= best) continue;
+    best = found;
+    better = start;
+  }
+  if (!better) return;
+  // What surfaces leave open stays as this start has it.
+  a.T_world_camera = *better;
+  align(current, *better, prior, a, options_.fine_iterations);
+}
+
 DepthMotion DepthOdometry::process(const DepthFrame& frame,
                                    const std::optional<MotionGuess>& guess) {
   DepthMotion motion;
@@ -208,7 +256,12 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   }
   const Matrix6d prior = expected.ldlt().solve(Matrix6d::Identity());
   Alignment a;
-  align(current, T_world_camera_ * step, prior, a);
+  const SE3 predicted = T_world_camera_ * step;
+  a.T_world_camera = predicted;
+  align(current, predicted, prior, a, options_.fine_iterations);
+  if (!guess && !keys_.empty() && (a.matched < options_.search_matched || a.unknown > 0)) {
+    search(current, prior, other_starts(predicted, T_body_camera, options_.sigma_turn * ratio), a);
+  }
   const bool lost = a.matched < options_.lost_matched || a.unknown == 6;
   if (!lost) step = T_world_camera_.inverse() * a.T_world_camera;
   Matrix6d covariance = expected;

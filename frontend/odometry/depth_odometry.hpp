@@ -16,8 +16,16 @@ struct DepthOdometryOptions {
   double coarse_gate = 0.3;  ///< m off the plane, and a quarter of the depth beside it
   double fine_gate = 0.05;   ///< m (or 4 sigma)
   double min_normal_cosine = 0.8;
-  int key_frames = 4;        ///< kept; the latest and the oldest that still overlaps are matched
-  double key_overlap = 0.7;  ///< fraction of matched blocks below which a key frame is taken
+  /// m, flatness of surfaces within what two images' blocks see of them: however well near floor is
+  /// measured, it does not outweigh all that stands further off.
+  double surface_sigma = 0.01;
+  /// Where a turn of three sigmas moves blocks out of the coarse gate and the expected start fits
+  /// less than this or leaves a direction open, other starts are tried: not turning, and turned
+  /// about the body's z.
+  double search_matched = 0.9;
+  double search_gain = 0.05;  ///< fit of blocks that another start must have more to be believed
+  int key_frames = 4;         ///< kept; the latest and the oldest that still overlaps are matched
+  double key_overlap = 0.7;   ///< fraction of matched blocks below which a key frame is taken
   double key_translation = 0.12;  ///< of the median depth, likewise
   double key_rotation = 0.2;      ///< rad, likewise
   double old_overlap = 0.5;       ///< an older key frame this well in view is matched, too
@@ -73,9 +81,19 @@ class DepthOdometry {
   };
   struct Alignment;
   void align(const DepthBlocks& current, const SE3& predicted, const Matrix6d& prior,
-             Alignment& alignment) const;
+             Alignment& alignment, int fine_iterations) const;
+  /// Tries other starts (T_world_camera) and takes the best, if it is clearly better.
+  void search(const DepthBlocks& current, const Matrix6d& prior, const std::vector<SE3>& starts,
+              Alignment& alignment) const;
+  std::vector<SE3> other_starts(const SE3& predicted, const SE3& T_body_camera,
+                                double sigma_turn) const;
+  /// Fraction of blocks that fit the latest key frame at this pose.
+  double fit(const DepthBlocks& current, const SE3& T_world_camera) const;
   std::vector<const KeyFrame*> references(const DepthBlocks& current,
                                           const SE3& T_world_camera) const;
+  float surface_variance() const {
+    return static_cast<float>(options_.surface_sigma * options_.surface_sigma);
+  }
   void keep_key_frame(DepthBlocks blocks, bool lost, DepthMotion& motion);
 
   DepthOdometryOptions options_;

@@ -1,67 +1,16 @@
 // The program as people run it: the same bytes again, after kill -9, from its own config; sessions
 // refined and joined.
-#include <fcntl.h>
-#include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include "program.hpp"
 
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <random>
-#include <sstream>
 
 #include <lamina/models/trajectory.hpp>
 
 namespace lamina {
 namespace {
 
-using Path = std::filesystem::path;
-
-Path scratch() {
-  static const Path folder = [] {
-    Path p = Path(::testing::TempDir()) / ("lamina_run_" + std::to_string(::getpid()));
-    std::filesystem::create_directories(p);
-    return p;
-  }();
-  return folder;
-}
-
-// Starts the program with its output thrown away; `log`: where stderr goes.
-pid_t start(const std::vector<std::string>& arguments, const Path& log = "/dev/null") {
-  const pid_t child = ::fork();
-  if (child != 0) return child;
-  const int out = ::open("/dev/null", O_WRONLY);
-  const int err = ::open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-  ::dup2(out, 1);
-  ::dup2(err, 2);
-  std::vector<std::string> all{LAMINA_BINARY_DIR "/lamina"};
-  all.insert(all.end(), arguments.begin(), arguments.end());
-  std::vector<char*> argv;
-  for (auto& a : all) argv.push_back(a.data());
-  argv.push_back(nullptr);
-  ::execv(argv[0], argv.data());
-  ::_exit(127);
-}
-
-// Exit code; -9 when killed.
-int wait_for(pid_t child) {
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-}
-
-int run(const std::vector<std::string>& arguments, const Path& log = "/dev/null") {
-  return wait_for(start(arguments, log));
-}
-
-std::string text_of(const Path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::stringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
+using namespace program;
 
 // What must not differ by a byte.
 std::map<std::string, std::string> results(const Path& folder) {
@@ -71,24 +20,6 @@ std::map<std::string, std::string> results(const Path& folder) {
     all["grid/" + entry.path().filename().string()] = text_of(entry.path());
   }
   return all;
-}
-
-Path room(int seed) {
-  const Path folder = scratch() / ("room" + std::to_string(seed));
-  if (!std::filesystem::exists(folder / "scans.csv")) {
-    EXPECT_EQ(run({"simulate", "room", "--output", folder, "--seed", std::to_string(seed),
-                   "--duration", "10", "--quiet"}),
-              0);
-  }
-  return folder;
-}
-
-Path mapped(int seed) {
-  const Path folder = scratch() / ("map" + std::to_string(seed));
-  if (!std::filesystem::exists(folder / "report.html")) {
-    EXPECT_EQ(run({"map", room(seed), "--output", folder, "--quiet"}), 0);
-  }
-  return folder;
 }
 
 TEST(Run, SameBytesAtAnyThreadsAndFromItsOwnConfig) {

@@ -34,6 +34,19 @@ TEST(StageTimes, StaysGoodOverAMillionCalls) {
   EXPECT_NEAR(times.percentile_ms(99), 990, 20);
 }
 
+TEST(MemoryTrace, SamplesByTheRecordingsTimeAndStaysShort) {
+  MemoryTrace trace;
+  for (int i = 0; i <= 100'000; ++i) trace.note(1000.0 + i);
+  ASSERT_GT(trace.samples().size(), 300u);
+  EXPECT_LT(trace.samples().size(), 721u);
+  EXPECT_EQ(trace.samples().front().time_s, 0);
+  EXPECT_GT(trace.samples().back().time_s, 99'000);
+  for (std::size_t i = 0; i < trace.samples().size(); ++i) {
+    EXPECT_GT(trace.samples()[i].rss_mb, 1);
+    if (i > 0) EXPECT_GE(trace.samples()[i].time_s - trace.samples()[i - 1].time_s, 10);
+  }
+}
+
 TEST(Metrics, WritesTheKeysOfTheContract) {
   Metrics metrics;
   metrics.stages["segments"].add(0.5);

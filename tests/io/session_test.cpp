@@ -1,5 +1,5 @@
 // session.lamina: round trip, and one line for every way a file can be wrong.
-#include <lamina/io/session.hpp>
+#include <lamina/io/session_archive.hpp>
 
 #include <gtest/gtest.h>
 
@@ -62,6 +62,27 @@ std::string complaint(const std::filesystem::path& file) {
     return error.what();
   }
   return "none";
+}
+
+TEST(Session, WrittenItemByItemItIsTheSame) {
+  const auto file = file_for_test();
+  Session session = small_session();
+  write_session(file, session);
+  const std::string whole = bytes_of(file);
+  Spool scans, rims;
+  const auto put_aside = [](Spool& spool, const auto& items) {
+    for (const auto& item : items) {
+      ArchiveWriter archive;
+      archive(item);
+      spool.add(archive.bytes());
+    }
+  };
+  put_aside(scans, session.scans);
+  put_aside(rims, session.rims);
+  session.scans.clear();
+  session.rims.clear();
+  write_session(file, session, scans, rims);
+  EXPECT_EQ(bytes_of(file), whole);
 }
 
 TEST(Session, ComesBackAndIsWrittenTheSame) {

@@ -98,6 +98,25 @@ TEST(DepthOdometry, FollowsARoom) {
   EXPECT_GT(keys, 1);
 }
 
+// Five images a second, nine degrees from one to the next, then straight on: what constant velocity
+// expects is a turn away from what comes.
+TEST(DepthOdometry, ATurnThatEndsBetweenTwoSlowImagesIsFollowed) {
+  Camera camera;
+  DepthOdometry odometry;
+  SE3 T_world_body(SO3::rot_z(-0.4), {-1.0, 0, 0}), T_start_body;
+  const SE3 start = T_world_body;
+  for (int i = 0; i < 12; ++i) {
+    if (i > 0)
+      T_world_body = T_world_body * (i < 5 ? SE3::planar(0, 0, 0.16) : SE3::planar(0.1, 0, 0));
+    const DepthMotion m = odometry.process(camera.see(room(), T_world_body, 0.2 * i));
+    T_start_body = T_start_body * m.T_prev_curr_body;
+    EXPECT_NE(m.status, ScanMotion::Status::kPredicted);
+  }
+  const SE3 e = (start.inverse() * T_world_body).inverse() * T_start_body;
+  EXPECT_LT(e.translation().norm(), 0.08);
+  EXPECT_LT(e.so3().log().norm(), 0.02);
+}
+
 TEST(DepthOdometry, CorridorLeavesOneDirectionToTheGuess) {
   Camera camera;
   DepthOdometry odometry;

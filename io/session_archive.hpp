@@ -1,0 +1,22 @@
+// How the parts of a session are archived.
+#pragma once
+
+#include <lamina/io/session.hpp>
+#include <lamina/sensors/sensor_archive.hpp>
+
+namespace lamina::io {
+
+template <class A>
+void fields(A& a, SeenRims& v) {
+  a(v.stamp, v.T_body_levelled, v.angle_min, v.angle_increment, v.reach, v.rims_levelled);
+}
+template <class A>
+void fields(A& a, KeptScan& v) {
+  a(v.scan, v.from_depth);
+}
+template <class A>
+void fields(A& a, SessionPart& v) {
+  a(v.name, v.first, v.last, v.shift_ns);
+}
+
+}  // namespace lamina::io
