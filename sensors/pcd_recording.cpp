@@ -1,4 +1,5 @@
 // Point clouds in .pcd files: one, or a folder of them in name order.
+#include <pcl/console/print.h>
 #include <pcl/io/pcd_io.h>
 #include <pcl/point_types.h>
 
@@ -18,6 +19,9 @@ class PcdRecording final : public Recording {
  public:
   PcdRecording(const std::filesystem::path& path, const RecordingOptions& options)
       : single_(!std::filesystem::is_directory(path)) {
+    // PCL speaks on the program's own streams of clouds without a plane; what is wrong is said
+    // here.
+    pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
     if (options.calibration) calibration_ = read_calibration(*options.calibration);
     if (single_) files_.push_back(path);
     if (!single_) {

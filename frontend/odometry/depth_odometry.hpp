@@ -18,7 +18,7 @@ struct DepthOdometryOptions {
   double min_normal_cosine = 0.8;
   /// m, flatness of surfaces within what two images' blocks see of them: however well near floor is
   /// measured, it does not outweigh all that stands further off.
-  double surface_sigma = 0.01;
+  double surface_sigma = 0.005;
   /// Where a turn of three sigmas moves blocks out of the coarse gate and the expected start fits
   /// less than this or leaves a direction open, other starts are tried: not turning, and turned
   /// about the body's z.

@@ -238,7 +238,7 @@ TEST(Contract, AFolderOfCloudsIsMapped) {
     std::ofstream out(folder /
                       ("100" + std::to_string(k / 10) + "." + std::to_string(k % 10) + ".pcd"));
     out << "VERSION .7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH " << count
-        << "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " << count << "\nDATA ascii\n"
+        << "\nHEIGHT 1\nVIEWPOINT 0 0 1 1 0 0 0\nPOINTS " << count << "\nDATA ascii\n"
         << points.str();
   }
   const Outcome o = outcome({"map", folder, "--output", map, "--quiet"});
