@@ -256,7 +256,7 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
   }
   {
     const auto timer = metrics.time("obstacles");
-    step.obstacles = obstacles_.process(frame, floor);
+    step.obstacles = obstacles_.process(frame, floor, floor_.disparities());
   }
   if (!wheels_met_ && !last_scan_) {
     moved = move_by_depth(frame, floor, step, metrics);

@@ -56,7 +56,7 @@ Converted convert(Recording& recording, const Settings& settings, std::ostream& 
     const auto frame = depth_of(*measurement);
     if (!frame) continue;
     const FloorResult floor = floor_front_end.process(*frame);
-    const ObstacleScan scan = scanner.process(*frame, floor);
+    const ObstacleScan scan = scanner.process(*frame, floor, floor_front_end.disparities());
     LaserScan line = scan.to_laser_scan();
     line.lidar.T_body_lidar = floor.mounting.T_body_camera * floor.T_body_camera.inverse();
     io::write_scan(scans, combined.add(line, CombinedScan::Kind::kDepth, place(frame->stamp)));

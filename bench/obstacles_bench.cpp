@@ -22,8 +22,10 @@ namespace {
 
 SE3 pose(double x, double y, double yaw) { return SE3(SO3::rot_z(yaw), {x, y, 0}); }
 
-// Range at which a beam first crosses a rim, -1: never. `near`: that rim faces the robot.
-double crossing(const sim::Scene& scene, const SE3& T_map_body, double angle, bool& near) {
+// Range at which a beam first crosses a rim beyond `from`, -1: never. `near`: that rim faces the
+// robot.
+double crossing(const sim::Scene& scene, const SE3& T_map_body, double angle, bool& near,
+                double from = 0) {
   const Eigen::Vector2d o = T_map_body.translation().head<2>();
   const Eigen::Vector3d d3 =
       T_map_body.so3() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);
@@ -36,7 +38,7 @@ double crossing(const sim::Scene& scene, const SE3& T_map_body, double angle, bo
     const Eigen::Vector2d w = a - o;
     const double r = (w.x() * s.y() - w.y() * s.x()) / cross;
     const double k = (w.x() * d.y() - w.y() * d.x()) / cross;
-    if (r > 0 && k >= 0 && k <= 1 && (best < 0 || r < best)) {
+    if (r > from && k >= 0 && k <= 1 && (best < 0 || r < best)) {
       best = r;
       near = std::abs(s.x()) < 1e-6;
     }
@@ -196,11 +198,18 @@ void bench_flat(int frames) {
       frames, beams[2], beams[3], beams[1], beams[4], beams[0], not_found);
 }
 
+// Floor one sample covers at a range (m), looking ahead.
+double footprint(const Stage& stage, double range) {
+  const CameraModel& c = stage.world.rig.depth->camera.camera;
+  return range * range / (c.T_body_camera.translation().z() * c.fy);
+}
+
 void bench_stairs(int frames) {
   SceneCamera stage("stairs_down", {}, 5);
   for (const double off : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
     if (trace && off != 0) continue;
-    int beams = 0, passed = 0, unknown = 0, negative = 0, obstacles = 0, posts = 0, seen = 0;
+    int beams = 0, passed = 0, corner = 0, unknown = 0, negative = 0, obstacles = 0, posts = 0,
+        seen = 0, behind = 0;
     FloorFrontend frontend;
     ObstacleScanner scanner;
     for (int k = 0; k < frames; ++k) {
@@ -220,6 +229,9 @@ void bench_stairs(int frames) {
         obstacles += scan.cause[i] == BeamCause::kObstacle;
         const bool past = !none && static_cast<double>(scan.range[i]) > truth + 0.05;
         passed += past;
+        bool far = false;
+        const double chord = crossing(stage.world.scene, T, scan.angle(i), far, truth) - truth;
+        corner += past && chord > 0 && chord < 2 * footprint(stage, truth);
         if (trace && past)
           std::printf("    passed: frame %d beam %zu of %zu, %.2f m: %s %.2f m, floor to %.2f m\n",
                       k, i, scan.size(), truth, to_string(scan.cause[i]),
@@ -231,19 +243,27 @@ void bench_stairs(int frames) {
         const double r = p.head<2>().norm(), a = std::atan2(p.y(), p.x());
         if (r > 3 || r < 0.8 || std::abs(a) > 0.45 || c.base_map.x() > 2.46) continue;
         ++posts;
-        bool hit = false;
+        bool hit = false, known = false;
         for (int d = -4; d <= 4; ++d) {
           const int b = scan.beam_of(a + d * scan.angle_increment);
+          if (b < 0) continue;
+          const std::size_t at = static_cast<std::size_t>(b);
+          known |=
+              scan.cause[at] != BeamCause::kNone && static_cast<double>(scan.range[at]) > r - 0.1;
           hit |= b >= 0 && scan.cause[static_cast<std::size_t>(b)] == BeamCause::kObstacle &&
                  std::abs(static_cast<double>(scan.range[static_cast<std::size_t>(b)]) - r) < 0.1;
         }
         seen += hit;
+        behind += !hit && !known;
       }
     }
     std::printf(
-        "stairs_down %+.1f deg: %d beams over the first edge, passed %d, no return %.2f %% "
-        "(negative %d, obstacle %d); posts of the front railing seen %d of %d\n",
-        off, beams, passed, 100.0 * unknown / std::max(1, beams), negative, obstacles, seen, posts);
+        "stairs_down %+.1f deg: %d beams over the first edge, passed %d (%d of them over less than "
+        "two samples of the opening, at its corner), no return %.2f %% "
+        "(negative %d, obstacle %d); posts of the front railing seen %d of %d, %d of those missed "
+        "behind the end of knowledge\n",
+        off, beams, passed, corner, 100.0 * unknown / std::max(1, beams), negative, obstacles, seen,
+        posts, behind);
   }
 }
 
@@ -257,7 +277,7 @@ void bench_time() {
     std::vector<double> ms;
     for (int k = 0; k < 100; ++k) {
       const std::clock_t start = std::clock();
-      scanner.process(f, floor);
+      scanner.process(f, floor, frontend.disparities());
       ms.push_back(1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
     }
     std::printf("time %-12s median %.2f ms of CPU, least %.2f ms\n", scene, quantile(ms, 0.5),

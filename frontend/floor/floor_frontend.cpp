@@ -110,6 +110,8 @@ FloorFrontend::~FloorFrontend() = default;
 FloorFrontend::FloorFrontend(FloorFrontend&&) noexcept = default;
 FloorFrontend& FloorFrontend::operator=(FloorFrontend&&) noexcept = default;
 
+const DisparityImage& FloorFrontend::disparities() const { return state_->extractor.image(); }
+
 const FloorOptions& FloorFrontend::options() const { return state_->options; }
 
 void FloorFrontend::save(ArchiveWriter& archive) const { archive(state_->judge); }

@@ -10,6 +10,8 @@
 
 namespace lamina {
 
+struct DisparityImage;
+
 class ArchiveWriter;
 class ArchiveReader;
 
@@ -29,6 +31,9 @@ class FloorFrontend {
   /// Any frame is legal: an empty or senseless one gives a status and no planes.
   FloorResult process(const DepthFrame& frame);
   FloorResult process(const CloudFrame& frame);
+
+  /// Of the last depth frame (frontend/floor/blocks.hpp): ObstacleScanner need not make them again.
+  const DisparityImage& disparities() const;
 
   const FloorOptions& options() const;
   /// Forgets the last floor and the tracked mounting.

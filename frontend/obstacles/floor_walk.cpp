@@ -4,16 +4,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lamina/frontend/floor/lanes.hpp>
+
 namespace lamina {
 namespace {
+
+using namespace lanes;
 
 constexpr double kDegree = 0.017453292519943295;
 // Pixels looked at before and behind an edge to call it sharp, and how many must be floor.
 constexpr int kSharpWindow = 10, kSharpFloor = 9;
 
-// Frames after which the tracked mounting stands in for a floor that was not found.
-constexpr int kTrackedFrames = 3;
-
+// Samples after which the running mean of the floor is brought up to date.
+constexpr int kFollowEvery = 4;
 enum class Pixel { kMissing, kFloor, kAbove, kBelow };
 
 // State of one walk.
@@ -38,13 +41,15 @@ class Walk {
     follow(0);
   }
 
-  WalkEnd run();
+  WalkEnd run(Pace pace);
 
  private:
   Pixel classify(int i);
   bool on_floor(int i);
   bool bridged(int i);
   void accept(int i);
+  int stride(int i);
+  void follow_height(int i, double step);
   WalkEnd end_at(BeamCause cause, double beyond);
   WalkEnd end_of_floor();
   void follow(int plane);
@@ -150,9 +155,51 @@ Pixel Walk::classify(int i) {
   return off < -std::max(noise_px_, depth_ * px_per_m) ? Pixel::kBelow : Pixel::kFloor;
 }
 
+// The running mean takes in sample i, `step` metres after the one before.
+void Walk::follow_height(int i, double step) {
+  const float share = static_cast<float>(std::clamp(step / options_.local_floor_m, 0.05, 0.5));
+  const float height = above_px_ / (d_ * per_height_);
+  offset_ += share * (std::clamp(height, -3 * step_, 3 * step_) - offset_);
+  followed_ = i;
+}
+
+// Amid floor: four samples at a time, as long as all of them are floor. They are held against the
+// same running mean, which the last of them brings up to date, so that the outcome is that of
+// accept() one by one, to the bit. Returns the first sample that is still to be looked at.
+int Walk::stride(int i) {
+  const int width = view_.image->width;
+  const float* image = view_.image->d.data();
+  const float cx = static_cast<float>(view_.cx), cy = static_cast<float>(view_.cy);
+  constexpr Float4 kSteps = {0, 1, 2, 3};
+  while (i == followed_ + 1 && i + kFollowEvery <= line_.samples) {
+    const Float4 at = static_cast<float>(i) + kSteps;
+    const Int4 pu = __builtin_convertvector(line_.u0 + at * line_.du + 0.5F, Int4);
+    const Int4 pv = __builtin_convertvector(line_.v0 + at * line_.dv + 0.5F, Int4);
+    const Float4 d = {image[pv[0] * width + pu[0]], image[pv[1] * width + pu[1]],
+                      image[pv[2] * width + pu[2]], image[pv[3] * width + pu[3]]};
+    const Float4 fu = __builtin_convertvector(pu, Float4) - cx;
+    const Float4 fv = __builtin_convertvector(pv, Float4) - cy;
+    const Float4 px_per_m = d * per_height_;
+    const Float4 above = d - (expected_.x() * fu + expected_.y() * fv + expected_.z());
+    const Float4 off = above - offset_ * px_per_m;
+    const Float4 scaled = step_ * px_per_m;
+    const Float4 tolerance = scaled > noise_px_ ? scaled : noise_px_ + Float4{};
+    const Int4 floor = (d > 0.0F) & (off <= tolerance) & (-off <= tolerance);
+    if ((floor[0] & floor[1] & floor[2] & floor[3]) == 0) return i;
+    i += kFollowEvery;
+    history_ = (history_ << kFollowEvery) | ((1U << kFollowEvery) - 1);
+    last_ = i - 1;
+    above_px_ = above[3];
+    d_ = d[3];
+    const double range = range_on_floor(last_);
+    follow_height(last_, range - followed_range_);
+    followed_range_ = range;
+  }
+  return i;
+}
+
 // The running mean follows at every fourth sample, and where floor begins anew.
 void Walk::accept(int i) {
-  constexpr int kFollowEvery = 4;
   if (next_plane_ != plane_) {
     follow(next_plane_);
     offset_ = above_px_ = 0;
@@ -161,12 +208,8 @@ void Walk::accept(int i) {
   const int ago = last_ < 0 ? 31 : std::min(31, i - last_);
   if (followed_ < 0 || ago > 1 || i - followed_ >= kFollowEvery) {
     const double range = range_on_floor(i);
-    const double step = followed_ >= 0 ? range - followed_range_ : 0;
-    const float share = static_cast<float>(std::clamp(step / options_.local_floor_m, 0.05, 0.5));
-    const float height = above_px_ / (d_ * per_height_);
-    offset_ += share * (std::clamp(height, -3 * step_, 3 * step_) - offset_);
+    follow_height(i, followed_ >= 0 ? range - followed_range_ : 0);
     planes_.planes[static_cast<std::size_t>(plane_)].entered = true;
-    followed_ = i;
     followed_range_ = range;
   }
   history_ = (history_ << ago) | 1U;
@@ -262,9 +305,12 @@ WalkEnd Walk::end_of_floor() {
   return end;
 }
 
-WalkEnd Walk::run() {
-  int i = 0;
-  for (; i < line_.samples; ++i) {
+WalkEnd Walk::run(Pace pace) {
+  for (int i = 0; i < line_.samples; ++i) {
+    if (pace == Pace::kStrides && last_ == i - 1 && followed_ == last_ && last_ >= 0) {
+      i = stride(i);
+      if (i >= line_.samples) break;
+    }
     const Pixel pixel = classify(i);
     if (pixel == Pixel::kFloor) {
       if (!on_floor(i)) return end_of_floor();
@@ -307,50 +353,10 @@ WalkEnd Walk::run() {
 
 }  // namespace
 
-WalkPlanes walk_planes(const FloorResult& floor, const ScanView& view, const ScanOptions& options) {
-  WalkPlanes out;
-  out.of_label.assign(256, -1);
-  if (floor.dominant < 0) {
-    // Too close to a rim to fit a floor: the tracked mounting still says where it is.
-    if (floor.mounting.frames < kTrackedFrames || !floor.mounting.rigid || !(view.height() > 0.01))
-      return out;
-    const Eigen::Vector3d n = view.R.transpose() * Eigen::Vector3d(0, 0, 1);
-    const double scale = -view.noise.focal_baseline / view.height();
-    WalkPlane w;
-    w.disparity = (scale * Eigen::Vector3d(n.x() / view.fx, n.y() / view.fy, n.z())).cast<float>();
-    w.camera_height = static_cast<float>(view.height());
-    out.planes.push_back(w);
-    out.slack = 0.01F;
-    return out;
-  }
-  const SE3 T = view.T_body_camera;
-  const auto add = [&](std::size_t k) {
-    const ExtractedPlane& p = floor.planes[k];
-    const Eigen::Vector3d n = T.so3() * p.plane_camera.normal();
-    if (n.z() < std::cos(options.max_slope_deg * kDegree) || out.planes.size() > 30) return;
-    const double rho = p.plane_camera.rho() + n.dot(T.translation());
-    WalkPlane w;
-    w.disparity = p.disparity.cast<float>();
-    w.body = Eigen::Vector3d(-n.x() / n.z(), -n.y() / n.z(), rho / n.z()).cast<float>();
-    w.camera_height = static_cast<float>(-p.plane_camera.rho());
-    if (!(w.camera_height > 0.01F)) return;
-    if (k < 255) out.of_label[k + 1] = static_cast<std::int16_t>(out.planes.size());
-    out.planes.push_back(w);
-  };
-  add(static_cast<std::size_t>(floor.dominant));
-  if (out.planes.empty()) return out;
-  for (std::size_t k = 0; k < floor.planes.size(); ++k) {
-    const ExtractedPlane& p = floor.planes[k];
-    if (static_cast<int>(k) == floor.dominant || p.area < options.min_level_area_m2) continue;
-    if (p.kind == PlaneKind::kSubDominant) add(k);
-  }
-  return out;
-}
-
 WalkEnd walk(const ScanView& view, const WalkLine& line, std::span<const std::uint8_t> labels,
-             WalkPlanes& planes, const ScanOptions& options) {
+             WalkPlanes& planes, const ScanOptions& options, Pace pace) {
   if (planes.planes.empty()) return {};
-  return Walk(view, line, labels, planes, options).run();
+  return Walk(view, line, labels, planes, options).run(pace);
 }
 
 }  // namespace lamina

@@ -46,8 +46,14 @@ struct WalkEnd {
   /// Short gaps that were bridged before the end (m): a pit's corner, where neighbours find it.
   std::array<float, 6> bridged{};
   int bridges = 0;
+  bool barred =
+      false;  ///< no obstacle behind is to be reported: the ground before it may be a hole
   bool shadow = false;  ///< the gap behind is what a nearer thing hides from the second camera
 };
+
+/// How pixels are looked at: four at a time where that is the same, or each by itself. The outcome
+/// is the same to the bit; the slow way is there to show it.
+enum class Pace { kStrides, kOneByOne };
 
 /// One walk. Each pixel's disparity is compared with that of the floor it should show:
 /// - within the tolerance (max_step_m or noise_sigmas of it, whichever is more): floor. A running
@@ -59,7 +65,7 @@ struct WalkEnd {
 ///   short (max_gap_m, or max_faded_gap_m where the floor fades). Otherwise an edge of knowledge;
 ///   the caller makes it a ledge where its neighbours agree (find_ledges).
 WalkEnd walk(const ScanView& view, const WalkLine& line, std::span<const std::uint8_t> labels,
-             WalkPlanes& planes, const ScanOptions& options);
+             WalkPlanes& planes, const ScanOptions& options, Pace pace = Pace::kStrides);
 
 /// Edges of knowledge whose floor ended sharply, at less than grazing incidence and in no shadow,
 /// become ledges where most of the four neighbours on each side end alike, within three pixels a
@@ -74,7 +80,9 @@ void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<
 /// Hysteresis: a rim that was found goes on over the neighbouring lines as long as the ground just
 /// behind it lies lower than the floor before it by more than noise, however little: at a pit's
 /// corner the side of the slab shows a centimetre or less. Its end is known no better than the rim
-/// itself: over half a footprint more it is taken to go on straight.
+/// itself: over half a footprint more it is taken to go on straight. Beyond, lines end where the
+/// rim would be (an edge of knowledge, barred) until one shows floor there: grazing beams lose
+/// samples, and what they do not show they cannot certify. Posts in between are passed by.
 void grow_rims(const ScanView& view, const std::vector<WalkLine>& lines, const WalkPlanes& planes,
                std::vector<WalkEnd>& ends);
 
@@ -88,8 +96,10 @@ void extend_rims(std::vector<WalkEnd>& ends);
 void smooth_edges(std::vector<WalkEnd>& ends);
 
 /// Ends of walks as beams of the body frame: straight pieces between neighbouring ends that belong
-/// together, single beams otherwise. `out` gives the beams.
+/// together, single beams otherwise. `out` gives the beams; `barred`: which of them end at a barred
+/// end of knowledge.
 void draw_ends(const ScanView& view, const std::vector<WalkLine>& lines,
-               const std::vector<WalkEnd>& ends, ObstacleScan& out);
+               const std::vector<WalkEnd>& ends, ObstacleScan& out,
+               std::vector<std::uint8_t>& barred);
 
 }  // namespace lamina

@@ -61,6 +61,7 @@ struct ObstacleScanner::State {
   PositiveBuffers buffers;
   std::vector<WalkLine> lines;
   std::vector<WalkEnd> ends;
+  std::vector<std::uint8_t> barred;
 };
 
 ObstacleScan ObstacleScanner::State::ours(const ScanView& view, const FloorResult& floor,
@@ -70,6 +71,7 @@ ObstacleScan ObstacleScanner::State::ours(const ScanView& view, const FloorResul
   const std::span<const std::uint8_t> labels(floor.pixel_labels);
   lines.clear();
   ends.clear();
+  barred.assign(negative.size(), 0);
   if (!planes.planes.empty()) {
     const double step = std::atan(1 / view.fx);
     const int count = static_cast<int>((view.azimuth_to - view.azimuth_from) / step);
@@ -82,12 +84,13 @@ ObstacleScan ObstacleScanner::State::ours(const ScanView& view, const FloorResul
     extend_rims(ends);
     grow_rims(view, lines, planes, ends);
     smooth_edges(ends);
-    draw_ends(view, lines, ends, negative);
+    draw_ends(view, lines, ends, negative, barred);
   }
   positive_scan(view, labels, planes, options, buffers, positive);
   if (!options.obstacles_beyond_knowledge) {
     for (std::size_t i = 0; i < positive.size(); ++i) {
-      const double known = static_cast<double>(negative.range[i]) + options.max_faded_gap_m;
+      const double known =
+          static_cast<double>(negative.range[i]) + (barred[i] != 0 ? 0 : options.max_faded_gap_m);
       if (negative.cause[i] != BeamCause::kEdgeOfKnowledge) continue;
       if (static_cast<double>(positive.range[i]) > known) positive.cause[i] = BeamCause::kNone;
     }
@@ -113,13 +116,19 @@ ObstacleScanner& ObstacleScanner::operator=(ObstacleScanner&&) noexcept = defaul
 const ScanOptions& ObstacleScanner::options() const { return state_->options; }
 
 ObstacleScan ObstacleScanner::process(const DepthFrame& frame, const FloorResult& floor) {
+  fill_disparity(frame, state_->disparities);
+  return process(frame, floor, state_->disparities);
+}
+
+ObstacleScan ObstacleScanner::process(const DepthFrame& frame, const FloorResult& floor,
+                                      const DisparityImage& disparities) {
   State& s = *state_;
-  fill_disparity(frame, s.disparities);
   const CameraModel& camera = frame.camera.camera;
-  if (s.disparities.d.empty() || !(camera.fx > 0 && camera.fy > 0) || frame.width() < 2) {
+  if (disparities.d.empty() || !(camera.fx > 0 && camera.fy > 0) || frame.width() < 2) {
     return ObstacleScan::empty(frame.stamp, 0, 0.01, 0, 0);
   }
-  const ScanView view(frame, s.disparities,
+  LAMINA_CHECK(disparities.width == frame.width() && disparities.height == frame.height());
+  const ScanView view(frame, disparities,
                       s.options.leveled ? floor.T_body_camera : camera.T_body_camera);
   ObstacleScan beams = make_beams(view, frame.stamp, s.options);
   if (s.options.method == NegativeMethod::kDocument) return s.document(view, beams);

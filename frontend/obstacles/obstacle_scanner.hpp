@@ -10,6 +10,8 @@
 
 namespace lamina {
 
+struct DisparityImage;
+
 /// The method of the document on negative obstacles, mended (docs/obstacles.md): positive scan,
 /// farthest contiguous floor, virtual floor projection, and their least range per beam. Keeps
 /// buffers between frames; not to be shared by threads. Same frames, same results.
@@ -24,6 +26,9 @@ class ObstacleScanner {
   /// `floor`: of FloorFrontend::process(frame). Any frame is legal. Where no floor was found the
   /// scan holds obstacles by the tracked mounting, and no statement about the ground.
   ObstacleScan process(const DepthFrame& frame, const FloorResult& floor);
+  /// The same with the frame's disparities, which FloorFrontend::disparities() has already.
+  ObstacleScan process(const DepthFrame& frame, const FloorResult& floor,
+                       const DisparityImage& disparities);
 
   const ScanOptions& options() const;
 

@@ -1,6 +1,7 @@
 // Everything between the floor's tolerance and the robot's height, as the least range per beam.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -11,6 +12,7 @@ namespace lamina {
 /// Buffers of positive_scan, kept between frames.
 struct PositiveBuffers {
   std::vector<float> nearest, x, y, z, before, before2, before3;
+  std::array<std::vector<char>, 3> busy;  ///< of three rows: chunks that hold something
 };
 
 /// Draws obstacles into `out`. A pixel counts when its height above z = 0 exceeds max_step_m and
@@ -20,6 +22,6 @@ struct PositiveBuffers {
 /// (ramps, levels within a step) are no obstacles.
 void positive_scan(const ScanView& view, std::span<const std::uint8_t> labels,
                    const WalkPlanes& planes, const ScanOptions& options, PositiveBuffers& buffers,
-                   ObstacleScan& out);
+                   ObstacleScan& out, Pace pace = Pace::kStrides);
 
 }  // namespace lamina

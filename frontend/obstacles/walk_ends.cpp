@@ -89,8 +89,44 @@ bool in_line(const std::vector<WalkEnd>& ends, std::ptrdiff_t j) {
 
 }  // namespace
 
+namespace {
+
+// Calls `take` with the four lines to each side, at most eight away, that have something to say
+// about this one's rim: those that ended before it, at a post or where the floor was lost, have
+// not.
+template <class Take>
+void neighbours_of(const std::vector<WalkEnd>& ends, std::ptrdiff_t j, const Take& take) {
+  constexpr std::ptrdiff_t kLook = 8;
+  const WalkEnd& mine = ends[static_cast<std::size_t>(j)];
+  for (const std::ptrdiff_t way : {-1, 1}) {
+    std::ptrdiff_t found = 0;
+    for (std::ptrdiff_t k = j + way; std::abs(k - j) <= kLook && found < kAround; k += way) {
+      if (k < 0 || k >= static_cast<std::ptrdiff_t>(ends.size())) break;
+      const WalkEnd& e = ends[static_cast<std::size_t>(k)];
+      if (!is_negative(e.cause) && e.range < std::max(mine.range, mine.beyond)) continue;
+      take(e);
+      ++found;
+    }
+  }
+}
+
+// Where floor was lost by fading alone the rim lies between what was seen of it last and the first
+// ground seen below; that is half a pixel late for its sample, and half a pixel for the jitter
+// [Barron2013]: the nearest of the neighbours', less a footprint.
+double rim_before_ground_below(const std::vector<WalkEnd>& ends, std::ptrdiff_t j) {
+  const WalkEnd& mine = ends[static_cast<std::size_t>(j)];
+  double least = mine.beyond;
+  neighbours_of(ends, j, [&](const WalkEnd& e) {
+    if (e.cause != BeamCause::kHole || !(e.beyond > 0)) return;
+    const double room = 2.5 * std::max(e.beyond_footprint, mine.beyond_footprint);
+    if (std::abs(e.beyond - mine.beyond) <= room) least = std::min(least, e.beyond);
+  });
+  return least - mine.beyond_footprint;
+}
+
+}  // namespace
+
 void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<WalkEnd>& ends) {
-  constexpr std::ptrdiff_t kNeighbours = 4;
   constexpr int kNeeded = 4;
   const std::vector<WalkEnd> raw = ends;
   const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(raw.size());
@@ -100,27 +136,27 @@ void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<
     if (end.cause != BeamCause::kHole) continue;
     int agree = 0;
     double reach = end.range;
-    for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, j - kNeighbours);
-         k <= std::min(n - 1, j + kNeighbours); ++k) {
-      const WalkEnd& e = raw[static_cast<std::size_t>(k)];
-      if (k == j || !is_negative(e.cause)) continue;
+    neighbours_of(raw, j, [&](const WalkEnd& e) {
+      if (!is_negative(e.cause)) return;
       const bool near = alike(e, end, 6) || std::abs(e.range - end.range) < 0.05;
       agree += near || (e.faded && end.faded);
       if (e.faded && e.range < end.beyond) reach = std::max(reach, e.range);
-    }
+    });
     if (agree < kNeeded) {
       end.cause = BeamCause::kEdgeOfKnowledge;
+      end.barred = true;
       continue;
     }
     if (!end.faded || end.sample < 0) continue;
     // A fading sensor shows the rim late or not at all: the farthest floor of the neighbours, or,
     // where no floor can be seen any more, what the virtual floor says.
     end.footprint = std::max(end.footprint, 0.3 * (reach - end.range));
-    end.range = reach;
-    const double gap = end.beyond - reach;
+    const double rim = rim_before_ground_below(raw, j);
+    end.range = std::min(reach, std::max(rim, end.range));
+    const double gap = rim - reach;
     const bool lost_here = reach >= lost || (thins_out(raw, j, reach) && in_line(raw, j));
     if (!lost_here || gap <= 0) continue;
-    end.range = gap > 2 * options.max_faded_gap_m ? end.beyond : reach + 0.5 * gap;
+    end.range = gap > 2 * options.max_faded_gap_m ? rim : reach + 0.5 * gap;
     end.footprint = std::max(end.footprint, 0.3 * gap);
   }
 }
@@ -173,7 +209,8 @@ End2 in_body(const ScanView& view, double azimuth, double range) {
   return {std::atan2(y, x), std::hypot(x, y)};
 }
 
-void put(ObstacleScan& out, int beam, double range, const WalkEnd& end) {
+void put(ObstacleScan& out, std::vector<std::uint8_t>& barred, int beam, double range,
+         const WalkEnd& end) {
   if (beam < 0 || range > out.range_max) return;
   const std::size_t b = static_cast<std::size_t>(beam);
   const bool knowledge = end.cause == BeamCause::kEdgeOfKnowledge;
@@ -182,6 +219,7 @@ void put(ObstacleScan& out, int beam, double range, const WalkEnd& end) {
   if (held == !knowledge && static_cast<double>(out.range[b]) <= range) return;
   out.range[b] = static_cast<float>(range);
   out.cause[b] = end.cause;
+  barred[b] = end.barred;
   // Half a footprint either way, uniform, and half a pixel of lateral jitter [Barron2013].
   out.sigma[b] = static_cast<float>(std::max(0.003, 0.58 * end.footprint));
   out.height[b] = end.height;
@@ -190,13 +228,15 @@ void put(ObstacleScan& out, int beam, double range, const WalkEnd& end) {
 }  // namespace
 
 void draw_ends(const ScanView& view, const std::vector<WalkLine>& lines,
-               const std::vector<WalkEnd>& ends, ObstacleScan& out) {
+               const std::vector<WalkEnd>& ends, ObstacleScan& out,
+               std::vector<std::uint8_t>& barred) {
+  barred.assign(out.size(), 0);
   for (std::size_t j = 0; j < ends.size(); ++j) {
     const WalkEnd& e = ends[j];
     if (e.cause == BeamCause::kNone) continue;
     const End2 a = in_body(view, lines[j].azimuth, e.range);
     const int at = out.beam_of(a.angle);
-    put(out, at, a.range, e);
+    put(out, barred, at, a.range, e);
     if (at >= 0 && e.sample >= 0) {
       float& reach = out.floor_range[static_cast<std::size_t>(at)];
       reach =
@@ -215,7 +255,7 @@ void draw_ends(const ScanView& view, const std::vector<WalkLine>& lines,
       const double x = (out.angle(static_cast<std::size_t>(beam)) - a.angle) / (b.angle - a.angle);
       const double range = joined ? a.range + (b.range - a.range) * std::clamp(x, 0.0, 1.0)
                                   : std::min(a.range, b.range);
-      if (drawn) put(out, beam, range, e);
+      if (drawn) put(out, barred, beam, range, e);
       float& reach = out.floor_range[static_cast<std::size_t>(beam)];
       if (e.sample >= 0 && reach == 0) reach = static_cast<float>(std::min(a.range, b.range));
     }
