@@ -3,6 +3,8 @@
 
 #include <lamina/frontend/obstacles/floor_walk.hpp>
 
+#include "depth_scene.hpp"
+
 namespace lamina {
 namespace {
 
@@ -49,6 +51,26 @@ TEST(WalkEnds, RimsGoOnOverShortGaps) {
   EXPECT_EQ(ends[3].cause, BeamCause::kHole);
   EXPECT_NEAR(ends[3].range, 2.03, 1e-6);
   EXPECT_EQ(ends[1].cause, BeamCause::kEdgeOfKnowledge);
+}
+
+// Posts before a rim say nothing about it; lines that saw floor beyond it do.
+TEST(WalkEnds, HolesAreBelievedPastPostsNotPastFloor) {
+  const DepthFrame f = empty_frame();
+  DisparityImage image;
+  fill_disparity(f, image);
+  const ScanView view(f, image, f.camera.camera.T_body_camera);
+  WalkEnd hole = sharp_end(1.5), between = sharp_end(1.2);
+  hole.cause = BeamCause::kHole;
+  hole.beyond = 1.55;
+  between.cause = BeamCause::kObstacle;
+  for (const double range : {1.2, 2.5}) {
+    between.range = range;
+    std::vector<WalkEnd> ends(30, between);
+    for (const std::size_t j : {10U, 11U, 12U, 17U, 18U, 19U}) ends[j] = hole;
+    settle_holes(view, {}, ends);
+    EXPECT_EQ(ends[12].cause, range < 1.5 ? BeamCause::kHole : BeamCause::kEdgeOfKnowledge);
+    EXPECT_EQ(ends[12].barred, range > 1.5);
+  }
 }
 
 TEST(WalkEnds, SmoothingLeavesAStraightObliqueRimInPlace) {
