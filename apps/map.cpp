@@ -27,8 +27,13 @@ Verb map_verb() {
         app.add_option("--threads", request->threads, "threads; results do not depend on it");
         app.add_flag("--resume", request->resume, "go on from the last checkpoint");
         app.add_flag("--quiet", request->quiet, "no progress, warnings only");
-        return [request, mode]() {
+        auto live = std::make_shared<std::string>();
+        const auto* live_flag =
+            app.add_flag("--live{}", *live,
+                         "shows the map in a browser while it grows; --live=[ADDRESS:]PORT: where");
+        return [request, mode, live, live_flag]() {
           request->online = *mode == "online";
+          if (live_flag->count() > 0) request->live = *live;
           return run_map(*request);
         };
       }};

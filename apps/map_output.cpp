@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <map>
+#include <ostream>
 
 #include <lamina/backend/refiner.hpp>
 #include <lamina/grid/occupancy_fill.hpp>
@@ -58,6 +59,18 @@ std::vector<OccupancyBeam> beams_of(const LaserScan& scan) {
     if (scan.valid(i)) beams.push_back({scan.point(i), scan.lidar.noise.range_sigma, true});
   }
   return beams;
+}
+
+// Where the ground falls away: holes, ledges, stairs going down.
+void write_edges(const std::filesystem::path& file, const std::vector<EdgePoint>& edges) {
+  io::write_atomically(file, [&](std::ostream& out) {
+    out << "x,y,z,sigma\n";
+    for (const EdgePoint& edge : edges) {
+      if (!edge.negative) continue;
+      const Eigen::Vector3d& p = edge.position_map;
+      out << fmt::format("{:.4f},{:.4f},{:.4f},{:.4f}\n", p.x(), p.y(), p.z(), edge.sigma);
+    }
+  });
 }
 
 }  // namespace
@@ -237,6 +250,10 @@ void MapOutput::write(const Mapper& mapper, bool online) {
     io::write_surfels_ply(folder_ / "surfels.ply", map.surfels);
     io::write_g2o(folder_ / "graph.g2o", mapper.graph());
     write_scans(trajectory);
+    window.write(folder_ / "window.csv");
+    if (!map.edges.empty() || metrics.stages.count("obstacles") > 0) {
+      write_edges(folder_ / "edges.csv", map.edges);
+    }
     io::write_atomically(folder_ / "config.yaml", to_yaml(settings_, true));
   }
   write_grids(map, trajectory);

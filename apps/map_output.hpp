@@ -11,6 +11,7 @@
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/rim_votes.hpp>
 #include <lamina/apps/settings.hpp>
+#include <lamina/apps/window_log.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/io/metrics.hpp>
 #include <lamina/io/session.hpp>
@@ -26,6 +27,7 @@ class MapOutput {
   MapOutput(std::filesystem::path folder, const Settings& settings);
 
   io::Metrics metrics;
+  WindowLog window;
 
   /// Keeps the step's scan for scans.csv and the occupancy grid.
   void add(const Step& step, const AddResult& added);

@@ -11,6 +11,7 @@
 #include <lamina/apps/dead_reckoning.hpp>
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/interrupt.hpp>
+#include <lamina/apps/live.hpp>
 #include <lamina/apps/loop_book.hpp>
 #include <lamina/apps/map_output.hpp>
 #include <lamina/apps/preset.hpp>
@@ -46,6 +47,7 @@ void map_step(const Step& step, Mapper& mapper, LoopBook& book, MapOutput& outpu
       mapper.add(step.observations, step.motion.T_from_to, step.motion.covariance);
   output.metrics.stages["associate"].add(added.associate_ms);
   if (added.is_keyframe) output.metrics.stages["window"].add(added.window_ms);
+  output.window.add(step.observations.stamp, added, mapper.options().window);
   if (step.scan) book.note(step.observations.stamp, added, mapper);
   output.add(step, added);
 }
@@ -58,6 +60,7 @@ struct Run {
   MapOutput& output;
   Checkpoint* checkpoint;  // null: live, nothing to go on from
   bool resume = false, quiet = false, online = false;
+  LivePage* live = nullptr;  // null: nobody looks on
   LoopCloser closer{settings.loops};
   InterruptGuard interrupt{};  // Ctrl-C from here on: end early, write all
 };
@@ -95,6 +98,7 @@ void for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& 
     if (is_step && run.online) metrics.stages["frame"].add(milliseconds_since(begin));
     metrics.memory.note(stamp_of(*measurement).seconds());
     progress.update(done, planes);
+    if (run.live) run.live->progress(done, run.recording.size_hint());
     if (run.interrupt.interrupted()) {
       spdlog::warn("interrupted: writing what is there");
       break;
@@ -134,6 +138,7 @@ Mapper map_offline(Run& run) {
   };
   for_each_step(run, [&](JournalEntry&& entry) {
     gather(entry.loops);
+    if (run.live) run.live->read(entry.step, output.metrics);
     steps.push_back(std::move(entry.step));
     return std::int64_t{0};
   });
@@ -158,9 +163,13 @@ Mapper map_offline(Run& run) {
     if (ended()) break;
     map_step(step, mapper, book, output);
     progress.update(++mapped, plane_count(mapper));
+    if (!run.live) continue;
+    run.live->progress(mapped, static_cast<std::int64_t>(steps.size()));
+    run.live->mapped(step, mapper, output.metrics);
   }
   progress.finish();
   output.metrics.counts["scan_loops"] = book.hand_over(loops, mapper);
+  if (run.live) run.live->refining(mapper, output.metrics);
   refine(mapper, output, ended);
   if (run.front_end.levelled_by_image()) level(mapper);
   return mapper;
@@ -173,6 +182,7 @@ Mapper map_online(Run& run) {
   LoopBook book;
   for_each_step(run, [&](JournalEntry&& entry) {
     map_step(entry.step, mapper, book, output);
+    if (run.live) run.live->mapped(entry.step, mapper, output.metrics);
     if (book.hand_over(entry.loops, mapper) > 0) {
       output.metrics.counts["scan_loops"] += static_cast<double>(entry.loops.size());
       const auto timer = output.metrics.time("refine");
@@ -244,6 +254,11 @@ int run_map(const MapRequest& request) {
   Checkpoint checkpoint(request.output, identity(request, settings), settings.checkpoint_interval);
   Run run{*recording,     front_end,     settings,      output, live ? nullptr : &checkpoint,
           request.resume, request.quiet, request.online};
+  std::optional<LivePage> page;
+  if (request.live) {
+    run.live = &page.emplace(*request.live, request.input);
+    fmt::print(stderr, "live map: {}\n", page->url());
+  }
   const Mapper mapper = request.online ? map_online(run) : map_offline(run);
   output.add_skipped(recording->skipped());
   output.add_skipped(front_end.skipped());
@@ -254,6 +269,7 @@ int run_map(const MapRequest& request) {
   output.metrics.counts["checkpoints"] = static_cast<double>(checkpoint.saves());
   output.write(mapper, request.online);
   if (!live && !run.interrupt.interrupted()) checkpoint.finish();
+  if (page) page->finished(request.output);
   fmt::print("{}", output.summary());
   if (front_end.odometry_never_met()) {
     spdlog::warn(

@@ -21,6 +21,7 @@ struct MapRequest {
   std::optional<int> seed, threads;
   bool resume = false;
   bool quiet = false;
+  std::optional<std::string> live;  ///< [ADDRESS:]PORT of the page to look on, empty: the default
 };
 
 /// Settings of a request: defaults, the preset, then the file, then --set, --seed, --threads. Where

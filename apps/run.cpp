@@ -2,6 +2,7 @@
 #include <omp.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <exception>
 #include <iostream>
 
@@ -51,6 +52,25 @@ std::string usage_line(const CLI::ParseError& error, const CLI::App& app, int ar
   return verb + ": found that " + line + ", expected what `lamina " + verb + " --help` says";
 }
 
+// `--live 8080` as `--live=8080`: what follows a flag would else be taken for the recording.
+std::vector<std::string> joined_live(int argc, const char* const* argv) {
+  std::vector<std::string> words;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const bool number = word.find_first_not_of("0123456789") == std::string::npos;
+    const bool place = word.find_first_not_of("0123456789.:[]abcdef") == std::string::npos &&
+                       word.find(':') != std::string::npos;
+    const bool port = !word.empty() && (number || place);
+    if (port && !words.empty() && words.back() == "--live") {
+      words.back() += "=" + word;
+    } else {
+      words.push_back(word);
+    }
+  }
+  std::reverse(words.begin(), words.end());  // as the parser wants them
+  return words;
+}
+
 }  // namespace
 
 int run(int argc, const char* const* argv) {
@@ -66,7 +86,7 @@ int run(int argc, const char* const* argv) {
     actions.emplace_back(sub, verb.add(*sub));
   }
   try {
-    app.parse(argc, argv);
+    app.parse(joined_live(argc, argv));
   } catch (const CLI::CallForHelp& help) {
     return app.exit(help);
   } catch (const CLI::CallForAllHelp& help) {

@@ -2,6 +2,9 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <filesystem>
+
+#include <lamina/apps/evaluation.hpp>
 #include <lamina/apps/verbs.hpp>
 #include <lamina/viewer/report.hpp>
 
@@ -11,8 +14,15 @@ Verb view_verb() {
   return {"view", "writes DIR/report.html: the map to look at, in one file, no network",
           "lamina view out/room", [](CLI::App& app) {
             auto map = std::make_shared<std::string>();
+            auto truth = std::make_shared<std::string>();
             app.add_option("DIR", *map, "output folder of `map`")->required();
-            return [map]() {
+            app.add_option("--truth", *truth,
+                           "as for `evaluate`: evaluation.json is written and errors are shown");
+            return [map, truth]() {
+              if (!truth->empty()) {
+                write_evaluation(std::filesystem::path(*map) / "evaluation.json",
+                                 evaluate(*map, *truth));
+              }
               viewer::write_report(*map);
               fmt::print("{}/report.html\n", *map);
               return kDone;

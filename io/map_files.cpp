@@ -33,10 +33,7 @@ std::vector<Eigen::Vector3d> points_of(const Json& json) {
 }
 
 Json to_json(const MapPlane& plane) {
-  // The larger of the two tilt sigmas: what a reader may rely on whatever the direction.
-  const Eigen::Matrix2d tilt = plane.covariance.topLeftCorner<2, 2>();
-  const double mean = 0.5 * tilt.trace();
-  const double spread = std::sqrt(std::max(0.0, mean * mean - tilt.determinant()));
+  const PlaneSigmas sigmas = plane_sigmas(plane);
   Json json;
   json["id"] = plane.id;
   json["label"] = to_string(plane.label);
@@ -44,8 +41,8 @@ Json to_json(const MapPlane& plane) {
   json["rho"] = plane.plane_map.rho();
   json["theta"] = plane.plane_map.theta();
   json["phi"] = plane.plane_map.phi();
-  json["sigma_rho"] = std::sqrt(std::max(0.0, plane.covariance(2, 2)));
-  json["sigma_angle"] = std::sqrt(std::max(0.0, mean + spread));
+  json["sigma_rho"] = sigmas.rho;
+  json["sigma_angle"] = sigmas.angle;
   json["boundary"] =
       plane.outlines_map.empty() ? Json::array() : to_json(plane.outlines_map.front());
   json["area"] = plane.area;
@@ -102,6 +99,14 @@ MapPlane plane_of(const Json& json) {
 }
 
 }  // namespace
+
+PlaneSigmas plane_sigmas(const MapPlane& plane) {
+  const Eigen::Matrix2d tilt = plane.covariance.topLeftCorner<2, 2>();
+  const double mean = 0.5 * tilt.trace();
+  const double spread = std::sqrt(std::max(0.0, mean * mean - tilt.determinant()));
+  return {std::sqrt(std::max(0.0, plane.covariance(2, 2))),
+          std::sqrt(std::max(0.0, mean + spread))};
+}
 
 void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory) {
   write_atomically(file, [&](std::ostream& out) { trajectory.write_tum(out); });

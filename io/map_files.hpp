@@ -12,6 +12,13 @@ namespace lamina::io {
 /// TUM lines, T_map_body at every processed depth frame and scan.
 void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory);
 
+/// 1-sigma of a plane at its centroid: distance (m), and the larger of the two tilts (rad), which a
+/// reader may rely on whatever the direction.
+struct PlaneSigmas {
+  double rho = 0, angle = 0;
+};
+PlaneSigmas plane_sigmas(const MapPlane& plane);
+
 /// docs/formats.md: id, label, normal, rho, theta, phi, sigmas at the centroid, boundary (the
 /// largest outline), area, observations, first and last time seen; and, as additions, the centroid,
 /// all outlines where there are several, and the number of directions nothing has measured.

@@ -18,7 +18,7 @@ if(NOT NPM)
   set(failed "npm or node is not there, or LAMINA_REPORT_3D is off")
 else()
   file(COPY ${SOURCE}/package.json ${SOURCE}/package-lock.json ${SOURCE}/src/view3d.js
-       DESTINATION ${work})
+            ${SOURCE}/src/fly.js ${SOURCE}/src/shapes.js DESTINATION ${work})
   file(SHA256 ${work}/package-lock.json wanted)
   set(installed "")
   if(EXISTS ${work}/node_modules/.lamina)

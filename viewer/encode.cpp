@@ -35,6 +35,31 @@ std::string base64(std::span<const float> values) {
   return base64(std::span<const std::uint8_t>(bytes));
 }
 
+std::vector<std::uint8_t> run_lengths(std::span<const std::uint8_t> bytes) {
+  std::vector<std::uint8_t> out;
+  std::size_t literal = 0;  // where the bytes begin that stand as they are
+  const auto flush = [&](std::size_t end) {
+    while (literal < end) {
+      const std::size_t n = std::min<std::size_t>(128, end - literal);
+      out.push_back(static_cast<std::uint8_t>(n - 1));
+      for (std::size_t k = 0; k < n; ++k) out.push_back(bytes[literal++]);
+    }
+  };
+  for (std::size_t i = 0; i < bytes.size();) {
+    std::size_t n = 1;
+    while (n < 130 && i + n < bytes.size() && bytes[i + n] == bytes[i]) ++n;
+    if (n >= 3) {
+      flush(i);
+      out.push_back(static_cast<std::uint8_t>(n + 125));
+      out.push_back(bytes[i]);
+      literal = i + n;
+    }
+    i += n;
+  }
+  flush(bytes.size());
+  return out;
+}
+
 Quantised quantise(std::span<const float> values) {
   Quantised q;
   float least = std::numeric_limits<float>::infinity(), largest = -least;

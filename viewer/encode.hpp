@@ -13,6 +13,10 @@ std::string base64(std::span<const std::uint8_t> bytes);
 /// As the page's Float32Array reads them, little-endian.
 std::string base64(std::span<const float> values);
 
+/// Runs of equal bytes as two: c in 0..127: c + 1 bytes follow as they are; c in 128..255: the next
+/// byte stands c - 125 times. Unknown cells, most of any grid, then cost next to nothing.
+std::vector<std::uint8_t> run_lengths(std::span<const std::uint8_t> bytes);
+
 /// value ~ least + code / 254 * (largest - least); code 255 is NaN. A layer that is constant has
 /// code 0 throughout, one that is NaN throughout has least = largest = 0.
 struct Quantised {

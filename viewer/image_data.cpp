@@ -15,7 +15,7 @@
 #include <lamina/io/grid_files.hpp>
 #include <lamina/models/error.hpp>
 #include <lamina/viewer/encode.hpp>
-#include <lamina/viewer/map_data.hpp>
+#include <lamina/viewer/parts.hpp>
 
 namespace lamina::viewer {
 namespace {
@@ -26,12 +26,14 @@ using Path = std::filesystem::path;
 struct Frame {
   double resolution = 0, x = 0, y = 0;  ///< cell size and lower left corner, m
   int width = 0, height = 0;
+  int coarser = 0;  ///< rows and columns skipped beyond what the number of cells asks for
   int step() const {
     const double cells = static_cast<double>(width) * static_cast<double>(height);
-    return static_cast<int>(std::ceil(std::sqrt(cells / static_cast<double>(kMostCells))));
+    const double least = std::ceil(std::sqrt(cells / static_cast<double>(kMostCells)));
+    return std::max(1, static_cast<int>(least)) + coarser;
   }
   Json json() const {
-    const int s = std::max(1, step());
+    const int s = step();
     const int rows = (height + s - 1) / s;
     Json out;
     out["resolution"] = resolution * s;
@@ -44,7 +46,7 @@ struct Frame {
   }
   template <typename T>
   std::vector<T> thinned(const std::vector<T>& image) const {
-    const int s = std::max(1, step());
+    const int s = step();
     std::vector<T> out;
     for (int row = 0; row < height; row += s) {
       for (int i = 0; i < width; i += s) {
@@ -55,6 +57,17 @@ struct Frame {
     return out;
   }
 };
+
+/// The frame with its layers, as coarse as it takes to stay within `most` bytes.
+template <typename AddLayers>
+std::string fitted(Frame& frame, std::size_t most, AddLayers&& add) {
+  for (;; ++frame.coarser) {
+    Json out = frame.json();
+    add(out);
+    std::string text = out.dump();
+    if (text.size() <= most || frame.step() >= std::max(frame.width, frame.height)) return text;
+  }
+}
 
 std::string text_of(const Path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -128,21 +141,22 @@ std::string grid_data(const Path& folder) {
   }
   const io::GridImages images = io::read_grid(folder);
   const GridGeometry& g = images.geometry;
-  const Frame frame{g.resolution, g.origin().x(), g.origin().y(), g.width, g.height};
-  Json out = frame.json();
-  const auto add = [&](const char* name, const std::vector<float>& image) {
-    const Quantised q = quantise(frame.thinned(image));
-    Json layer;
-    layer["least"] = q.least;
-    layer["largest"] = q.largest;
-    layer["codes"] = base64(q.codes);
-    out["layers"][name] = layer;
-  };
-  add("navigability", images.navigability);
-  add("height", images.height);
-  add("slope", images.slope);
-  add("confidence", images.confidence);
-  return out.dump();
+  Frame frame{g.resolution, g.origin().x(), g.origin().y(), g.width, g.height};
+  const std::pair<const char*, const std::vector<float>*> layers[] = {
+      {"navigability", &images.navigability},
+      {"height", &images.height},
+      {"slope", &images.slope},
+      {"confidence", &images.confidence}};
+  return fitted(frame, kMostGridText, [&](Json& out) {
+    for (const auto& [name, image] : layers) {
+      const Quantised q = quantise(frame.thinned(*image));
+      Json layer;
+      layer["least"] = q.least;
+      layer["largest"] = q.largest;
+      layer["codes"] = base64(run_lengths(q.codes));
+      out["layers"][name] = std::move(layer);
+    }
+  });
 }
 
 std::string occupancy_data(const Path& file) {
@@ -176,10 +190,10 @@ std::string occupancy_data(const Path& file) {
   const std::vector<std::uint8_t> pixels(
       content.begin() + static_cast<std::ptrdiff_t>(start),
       content.begin() + static_cast<std::ptrdiff_t>(start + cells));
-  Json out = frame.json();
-  out["layers"]["occupancy"] = {
-      {"least", 0}, {"largest", 255}, {"codes", base64(frame.thinned(pixels))}};
-  return out.dump();
+  return fitted(frame, kMostOccupancyText, [&](Json& out) {
+    out["layers"]["occupancy"] = {
+        {"least", 0}, {"largest", 255}, {"codes", base64(run_lengths(frame.thinned(pixels)))}};
+  });
 }
 
 std::string surfel_data(const Path& file) {
@@ -192,27 +206,18 @@ std::string surfel_data(const Path& file) {
                       std::to_string(header.vertices));
   }
   const std::size_t stride = thinning_stride(header.vertices, kMostSurfels);
-  std::vector<float> position, radius;
-  std::vector<std::uint8_t> normal;  // int8, 127 = 1
+  std::vector<Surfel> surfels;
   for (std::size_t i = 0; i < header.vertices; i += stride) {
     const auto value = [&](std::size_t column) {
-      return float_at(content, header.data + i * bytes + 4 * header.column[column]);
+      return static_cast<double>(
+          float_at(content, header.data + i * bytes + 4 * header.column[column]));
     };
-    for (std::size_t k = 0; k < 3; ++k) position.push_back(value(k));
-    for (std::size_t k = 3; k < 6; ++k) {
-      const float part = std::isfinite(value(k)) ? std::clamp(value(k), -1.0F, 1.0F) : 0.0F;
-      normal.push_back(
-          static_cast<std::uint8_t>(static_cast<std::int8_t>(std::lround(127 * part))));
-    }
-    radius.push_back(value(6));
+    Surfel& surfel = surfels.emplace_back();
+    surfel.center = {value(0), value(1), value(2)};
+    surfel.normal = {value(3), value(4), value(5)};
+    surfel.radius = value(6);
   }
-  Json out;
-  out["count"] = radius.size();
-  out["total"] = header.vertices;
-  out["position"] = base64(position);
-  out["normal"] = base64(normal);
-  out["radius"] = base64(radius);
-  return out.dump();
+  return surfels_text(surfels, header.vertices);
 }
 
 }  // namespace lamina::viewer

@@ -8,7 +8,7 @@ namespace lamina::viewer {
 
 /// {resolution, origin, width, height, step, layers: {NAME: {least, largest, codes}}} of DIR/grid:
 /// row 0 at the largest y; `step` is how many cells of the file one cell here stands for. Empty
-/// text when the grid has no cells.
+/// text when the grid has no cells. Codes are base64 of run_lengths().
 std::string grid_data(const std::filesystem::path& grid_folder);
 /// The same with the one layer `occupancy`, the pixels of occupancy.pgm unchanged: 0 occupied,
 /// 205 unknown, 254 free; geometry from occupancy.yaml beside it.

@@ -1,6 +1,7 @@
 // Planes, trajectories, metrics, evaluation and path as the page's JSON.
 #include <lamina/viewer/map_data.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -9,10 +10,13 @@
 #include <string>
 #include <vector>
 
+#include <lamina/io/map_files.hpp>
 #include <lamina/models/error.hpp>
 #include <lamina/models/trajectory.hpp>
 #include <lamina/viewer/encode.hpp>
 #include <lamina/viewer/image_data.hpp>
+#include <lamina/viewer/line_data.hpp>
+#include <lamina/viewer/parts.hpp>
 
 namespace lamina::viewer {
 namespace {
@@ -20,7 +24,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Path = std::filesystem::path;
 
-/// To a tenth of a millimetre (or of a millisecond): short text, and finer than anything drawn.
+/// To a tenth of a millimetre or of a millisecond.
 double rounded(double value) { return std::round(value * 1e4) / 1e4; }
 
 Json read_json(const Path& file) {
@@ -31,65 +35,6 @@ Json read_json(const Path& file) {
   } catch (const nlohmann::json::exception& e) {
     throw Error(file.string() + ": found no JSON (" + e.what() + ")");
   }
-}
-
-Json rounded_outline(const Json& outline) {
-  Json points = Json::array();
-  for (const auto& p : outline) {
-    points.push_back({rounded(p.at(0).get<double>()), rounded(p.at(1).get<double>()),
-                      rounded(p.at(2).get<double>())});
-  }
-  return points;
-}
-
-Json plane_data(const Json& plane) {
-  Json out;
-  out["id"] = plane.at("id").get<std::int64_t>();
-  out["label"] = plane.at("label").get<std::string>();
-  for (const char* key : {"rho", "theta", "phi", "sigma_rho", "sigma_angle", "area"}) {
-    out[key] = plane.at(key).get<double>();
-  }
-  out["normal"] = rounded_outline(Json::array({plane.at("normal")})).at(0);
-  out["observations"] = plane.at("observations").get<std::int64_t>();
-  out["unobserved"] = plane.value("unobserved_directions", 0);
-  Json outlines = Json::array();
-  if (!plane.at("boundary").empty()) outlines.push_back(rounded_outline(plane.at("boundary")));
-  if (plane.contains("more_boundaries")) {
-    for (const auto& more : plane.at("more_boundaries")) outlines.push_back(rounded_outline(more));
-  }
-  out["outlines"] = outlines;
-  return out;
-}
-
-Json planes_data(const Path& file) {
-  const Json json = read_json(file);
-  try {
-    Json planes = Json::array();
-    for (const auto& plane : json.at("planes")) planes.push_back(plane_data(plane));
-    return planes;
-  } catch (const nlohmann::json::exception& e) {
-    throw Error(file.string() + ": expected the planes of a map (" + e.what() + ")");
-  }
-}
-
-/// Times are given from `start` on, so that 32 bits hold them to a tenth of a millisecond.
-Json trajectory_data(const Trajectory& trajectory, double start) {
-  const std::size_t stride = thinning_stride(trajectory.size(), kMostPoses);
-  std::vector<float> times, positions;
-  const auto add = [&](const StampedPose& pose) {
-    times.push_back(static_cast<float>(pose.stamp.seconds() - start));
-    const Eigen::Vector3d p = pose.pose.translation();
-    for (int k = 0; k < 3; ++k) positions.push_back(static_cast<float>(p[k]));
-  };
-  for (std::size_t i = 0; i < trajectory.size(); i += stride) add(trajectory[i]);
-  if (!trajectory.empty() && (trajectory.size() - 1) % stride != 0) add(trajectory.back());
-  Json out;
-  out["total"] = trajectory.size();
-  out["count"] = times.size();
-  out["length"] = trajectory.length();
-  out["times"] = base64(times);
-  out["positions"] = base64(positions);
-  return out;
 }
 
 /// evaluation.json with its long lists thinned and its times from `start` on.
@@ -110,6 +55,28 @@ Json evaluation_data(const Path& file, double start) {
     track[key] = thin;
   }
   return json;
+}
+
+/// Thinned by the largest of each stretch, so that no peak is lost.
+Json window_data(const Path& file, double start) {
+  const WindowSeries series = window_series(file);
+  const std::size_t stride = thinning_stride(series.times.size(), kMostWindows);
+  Json out{{"times", Json::array()},
+           {"keyframes", Json::array()},
+           {"residuals", Json::array()},
+           {"solve_ms", Json::array()}};
+  for (std::size_t i = 0; i < series.times.size(); i += stride) {
+    const auto most = [&](const std::vector<double>& list) {
+      const auto first = list.begin() + static_cast<std::ptrdiff_t>(i);
+      const auto n = static_cast<std::ptrdiff_t>(std::min(stride, list.size() - i));
+      return rounded(*std::max_element(first, first + n));
+    };
+    out["times"].push_back(rounded(series.times[i] - start));
+    out["keyframes"].push_back(most(series.keyframes));
+    out["residuals"].push_back(most(series.residuals));
+    out["solve_ms"].push_back(most(series.solve_ms));
+  }
+  return out;
 }
 
 Json path_data(const Path& file) {
@@ -134,34 +101,32 @@ std::string folder_name(const Path& folder) {
   return (whole.has_filename() ? whole.filename() : whole.parent_path().filename()).string();
 }
 
-/// The text of a JSON object, member by member.
-class ObjectText {
- public:
-  void add(const std::string& key, const std::string& json) {
-    text_ += (text_.empty() ? "\"" : ",\n\"") + key + "\":" + json;
-  }
-  void add(const std::string& key, const Json& json) {
-    add(key, json.dump(-1, ' ', true, Json::error_handler_t::replace));
-  }
-  std::string text() const { return "{" + text_ + "}"; }
+std::string dump(const Json& json) {
+  return json.dump(-1, ' ', true, Json::error_handler_t::replace);
+}
 
- private:
-  std::string text_;
-};
-
-void add_tracks(ObjectText& data, const Path& folder) {
+/// Trajectory (given back), path before refinement, evaluation: their times count from the first
+/// pose on.
+Trajectory add_tracks(ObjectText& data, const Path& folder) {
   std::optional<double> start;
+  Trajectory path;
   const auto add = [&](const char* key, const char* name) {
     if (!std::filesystem::exists(folder / name)) return;
     const auto trajectory = Trajectory::read_tum(folder / name);
     if (!start) start = trajectory.empty() ? 0.0 : trajectory.front().stamp.seconds();
-    data.add(key, trajectory_data(trajectory, *start));
+    data.add(key, track_text(trajectory, *start));
+    if (path.empty()) path = trajectory;
   };
   add("trajectory", "trajectory.txt");
   add("before", "trajectory_before.txt");
+  data.add("start", dump(Json(start.value_or(0.0))));
   if (std::filesystem::exists(folder / "evaluation.json")) {
-    data.add("evaluation", evaluation_data(folder / "evaluation.json", start.value_or(0.0)));
+    data.add("evaluation", dump(evaluation_data(folder / "evaluation.json", start.value_or(0.0))));
   }
+  if (std::filesystem::exists(folder / "window.csv")) {
+    data.add("window", dump(window_data(folder / "window.csv", start.value_or(0.0))));
+  }
+  return path;
 }
 
 }  // namespace
@@ -173,16 +138,26 @@ std::string map_data(const Path& folder) {
                 ": found neither planes.json nor trajectory.txt, expected a map's output folder");
   }
   ObjectText data;
-  data.add("name", Json(folder_name(folder)));
-  data.add("planes", there("planes.json") ? planes_data(folder / "planes.json") : Json::array());
-  add_tracks(data, folder);
-  if (there("metrics.json")) data.add("metrics", read_json(folder / "metrics.json"));
+  data.add("name", quoted(folder_name(folder)));
+  data.add("planes",
+           there("planes.json") ? planes_text(io::read_planes_json(folder / "planes.json")) : "[]");
+  const Trajectory path = add_tracks(data, folder);
+  if (there("graph.g2o")) {
+    data.add("keyframes", keyframes_text(keyframes_of(folder / "graph.g2o")));
+  }
+  if (there("metrics.json")) data.add("metrics", dump(read_json(folder / "metrics.json")));
   if (there("grid/grid.yaml")) {
     if (const auto grid = grid_data(folder / "grid"); !grid.empty()) data.add("grid", grid);
   }
   if (there("occupancy.pgm")) data.add("occupancy", occupancy_data(folder / "occupancy.pgm"));
   if (there("surfels.ply")) data.add("surfels", surfel_data(folder / "surfels.ply"));
-  if (there("path.csv")) data.add("path", path_data(folder / "path.csv"));
+  if (there("scans.csv")) {
+    data.add("points", points_text(scan_points(folder / "scans.csv", path), kMostPoints));
+  }
+  if (there("edges.csv")) {
+    data.add("edges", points_text(edge_points(folder / "edges.csv"), kMostEdges));
+  }
+  if (there("path.csv")) data.add("path", dump(path_data(folder / "path.csv")));
   return data.text();
 }
 

@@ -28,6 +28,19 @@ std::string for_script(const std::string& json) {
 
 }  // namespace
 
+std::string live_page() {
+  std::string page(page_template());
+  const auto put = [&](std::string_view mark, const std::string& text) {
+    const auto at = page.find(mark);
+    LAMINA_CHECK(at != std::string::npos);
+    page.replace(at, mark.size(), text);
+  };
+  put(kDataMark, R"({"live":{"doing":"waiting"},"name":"","planes":[]})");
+  // From the disk nothing may be asked for; here the server the page came from, and no other.
+  put(kPolicyMark, "default-src 'none'; connect-src 'self'");
+  return page;
+}
+
 void write_report(const std::filesystem::path& map_folder) {
   const std::string data = for_script(map_data(map_folder));
   const std::string_view page = page_template();

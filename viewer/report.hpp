@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 namespace lamina::viewer {
 
@@ -10,8 +11,11 @@ namespace lamina::viewer {
 /// missing is left out of the page. Throws lamina::Error naming a file that cannot be read.
 ///
 /// Grids are rounded to 255 steps between a layer's least and largest value, trajectories thinned
-/// to 20,000 poses, surfels to 200,000, and grids of more than 2 million cells by whole rows and
-/// columns; the page says where it was thinned.
+/// to 20,000 poses, surfels to 150,000, scan points to 150,000, and grids by whole rows and columns
+/// to 2 million cells and 5.5 MB; the page says where it was thinned.
 void write_report(const std::filesystem::path& map_folder);
+
+/// The same page without data, which asks the server it came from for them (live_server.hpp).
+std::string live_page();
 
 }  // namespace lamina::viewer

@@ -48,6 +48,35 @@ TEST(Encode, QuantisedConstantAndUnknown) {
   EXPECT_THAT(none.codes, testing::ElementsAre(kNanCode));
 }
 
+TEST(Encode, RunLengths) {
+  using Bytes = std::vector<std::uint8_t>;
+  EXPECT_EQ(run_lengths(Bytes{}), Bytes{});
+  EXPECT_EQ(run_lengths(Bytes{5, 5, 6}), (Bytes{2, 5, 5, 6}));
+  EXPECT_EQ(run_lengths(Bytes{1, 9, 9, 9, 2}), (Bytes{0, 1, 128, 9, 0, 2}));
+  EXPECT_EQ(run_lengths(Bytes(131, 7)), (Bytes{255, 7, 0, 7}));
+  EXPECT_EQ(run_lengths(Bytes(1'000'000, 255)).size(), 2 * (1'000'000 + 129) / 130);
+}
+
+TEST(Encode, RunLengthsComeBack) {
+  std::vector<std::uint8_t> bytes;
+  for (std::uint32_t i = 0, x = 1; i < 5000; ++i) {
+    x = x * 1664525U + 1013904223U;
+    bytes.insert(bytes.end(), 1 + (x >> 24U) % 5, static_cast<std::uint8_t>(x >> 16U));
+  }
+  const auto packed = run_lengths(bytes);
+  std::vector<std::uint8_t> back;
+  for (std::size_t i = 0; i < packed.size();) {
+    const std::uint8_t c = packed[i++];
+    if (c < 128) {
+      back.insert(back.end(), &packed[i], &packed[i] + c + 1);
+      i += c + 1U;
+    } else {
+      back.insert(back.end(), c - 125U, packed[i++]);
+    }
+  }
+  EXPECT_EQ(back, bytes);
+}
+
 TEST(Encode, ThinningKeepsToItsBound) {
   EXPECT_EQ(thinning_stride(0, 10), 1U);
   EXPECT_EQ(thinning_stride(10, 10), 1U);

@@ -57,6 +57,13 @@ inline void write_sample_map(const std::filesystem::path& folder) {
   const io::GridImages images = io::read_grid(folder / "grid");
   io::write_occupancy_map(folder, images.geometry, images.confidence);
   io::write_path_csv(folder / "path.csv", {{0.5, 0.5}, {2, 1}, {3.5, 2.5}});
+  std::ofstream(folder / "graph.g2o") << "VERTEX_SE3:QUAT 0 0 1.5 0 0 0 0 1\nFIX 0\n"
+                                         "VERTEX_SE3:QUAT 1 2 1.5 0 0 0 0 1\n";
+  std::ofstream(folder / "scans.csv") << "1300000000,-1,1,0.1,10,1,2,1\n"
+                                         "1300000005,-1,1,0.1,10,1,2,1\n";
+  std::ofstream(folder / "edges.csv") << "x,y,z,sigma\n3,1,0,0.02\n3,1.1,0,0.02\n3,1.2,0,0.02\n";
+  std::ofstream(folder / "window.csv") << "timestamp,keyframes,residuals,solve_ms\n"
+                                          "1300000000,1,6,0.5\n1300000005,2,40,1.5\n";
   std::ofstream(folder / "metrics.json") << R"({"stages": {"floor": {"calls": 100, "median_ms": 2.5,
     "p95_ms": 4, "p99_ms": 5, "max_ms": 6}}, "skipped": {"</script><b>": 3}, "counts": {},
     "refine": {"solve_s": 0.5, "iterations": 7, "status": "converged", "moved_rms_m": 0.05,

@@ -1,7 +1,7 @@
 // The grids as pictures in tabs, with a legend and the values under the cursor.
 'use strict';
 (() => {
-  const { data, el, svg, ramp, number, degrees, bytes, tracks } = Lamina;
+  const { el, svg, ramp, number, degrees, tracks } = Lamina;
   const says = {
     navigability: ['how well the robot can go there, 0 blocked to 1 free', (v) => number(v)],
     height: ['map z of the highest surface a robot would touch', (v) => number(v, 'm')],
@@ -9,18 +9,14 @@
     confidence: ['how sure the map is, 0 to 1', (v) => number(v)],
     occupancy: ['what the scans hit: dark occupied, light free', (v) => (v === 205 ? 'unknown' : v < 128 ? 'occupied' : 'free')],
   };
-  const layers = {};
+  let layers = {}, names = [], tabs = [], chosen = null;
   const add = (frame, name) => {
     const { least, largest, codes } = frame.layers[name];
-    const raw = bytes(codes);
+    const raw = Lamina.cells(codes, frame.width * frame.height);
     const plain = name === 'occupancy';
     const value = (k) => (raw[k] === 255 && !plain ? NaN : plain ? raw[k] : least + raw[k] / 254 * (largest - least));
     layers[name] = { name, frame, raw, least, largest, value, plain };
   };
-  if (data.grid) ['navigability', 'height', 'slope', 'confidence'].forEach((name) => add(data.grid, name));
-  if (data.occupancy && data.occupancy.width * data.occupancy.height > 0) add(data.occupancy, 'occupancy');
-  const names = Object.keys(layers);
-  if (!names.length) { document.getElementById('layer-section').hidden = true; return; }
 
   function paint(layer) {
     const { width, height } = layer.frame;
@@ -43,7 +39,7 @@
     const line = (list, colour, width) => root.append(svg('polyline', {
       points: Lamina.plan.points(list.map(pixel)), fill: 'none', stroke: colour, 'stroke-width': width, 'vector-effect': 'non-scaling-stroke' }));
     if (Lamina.trajectory) line(Lamina.plan.flat(Lamina.trajectory), '#ffffffb0', 1);
-    if (data.path) { line(data.path, '#000000', 5); line(data.path, tracks.path, 3); }
+    if (Lamina.data.path) { line(Lamina.data.path, '#000000', 5); line(Lamina.data.path, tracks.path, 3); }
     root.append(svg('rect', { class: 'cursor', width: 1, height: 1, fill: 'none', stroke: '#d55e00', 'stroke-width': 2,
       'vector-effect': 'non-scaling-stroke', visibility: 'hidden' }));
     return root;
@@ -59,6 +55,7 @@
   }
 
   function open(name) {
+    chosen = name;
     const layer = layers[name];
     const { frame } = layer;
     const canvas = paint(layer);
@@ -90,11 +87,32 @@
     });
     const box = el('div', { class: 'grid-box', style: `background:var(--unknown);max-width:min(60rem, ${(70 * frame.width / frame.height).toFixed(1)}vh)` }, canvas, lines);
     document.getElementById('layer').replaceChildren(legend(layer), box, readout);
-    tabs.forEach((tab) => tab.setAttribute('aria-selected', String(tab.textContent === name)));
+    tabs.forEach((tab) => {
+      tab.setAttribute('aria-selected', String(tab.textContent === name));
+      tab.tabIndex = tab.textContent === name ? 0 : -1;
+    });
   }
 
-  const tabs = names.map((name) => el('button', { type: 'button', role: 'tab', 'aria-controls': 'layer', click: () => open(name) }, name));
-  document.getElementById('tabs').append(...tabs);
-  document.getElementById('layer').setAttribute('role', 'tabpanel');
-  open(names[0]);
+  // Arrow keys go along the tabs, as people who use no mouse expect.
+  const along = (e) => {
+    const way = { ArrowRight: 1, ArrowLeft: -1 }[e.key];
+    if (!way) return;
+    const next = (names.indexOf(chosen) + way + names.length) % names.length;
+    open(names[next]);
+    tabs[next].focus();
+    e.preventDefault();
+  };
+
+  Lamina.parts.push(() => {
+    const { grid, occupancy } = Lamina.data;
+    layers = {};
+    if (grid) ['navigability', 'height', 'slope', 'confidence'].forEach((name) => add(grid, name));
+    if (occupancy && occupancy.width * occupancy.height > 0) add(occupancy, 'occupancy');
+    names = Object.keys(layers);
+    document.getElementById('layer-section').hidden = !names.length;
+    if (!names.length) return;
+    tabs = names.map((name) => el('button', { type: 'button', role: 'tab', 'aria-controls': 'layer', click: () => open(name), keydown: along }, name));
+    document.getElementById('tabs').replaceChildren(...tabs);
+    open(names.includes(chosen) ? chosen : names[0]);
+  });
 })();
