@@ -113,6 +113,8 @@
     if (!names.length) return;
     tabs = names.map((name) => el('button', { type: 'button', role: 'tab', 'aria-controls': 'layer', click: () => open(name), keydown: along }, name));
     document.getElementById('tabs').replaceChildren(...tabs);
-    open(names.includes(chosen) ? chosen : names[0]);
+    // A map whose ground says nothing but where walls are opens with what the scans tell.
+    const first = layers.occupancy && !(layers.navigability && layers.navigability.largest > 0) ? 'occupancy' : names[0];
+    open(names.includes(chosen) ? chosen : first);
   });
 })();

@@ -29,11 +29,15 @@ export function planesOf(L, origin) {
   return all;
 }
 
+// Paths lie on the floor: they are drawn over it, not through it.
+const kOver = { depthTest: false, transparent: true };
+const over = (thing) => { thing.renderOrder = 2; return thing; };
+
 // [key, line] of the trajectories and the path.
 export function linesOf(L, origin) {
   const all = [];
-  const add = (key, list) => all.push([key, new THREE.Line(new THREE.BufferGeometry().setFromPoints(list.map((p) => p.sub(origin))),
-    new THREE.LineBasicMaterial({ color: L.tracks[key] }))]);
+  const add = (key, list) => all.push([key, over(new THREE.Line(new THREE.BufferGeometry().setFromPoints(list.map((p) => p.sub(origin))),
+    new THREE.LineBasicMaterial({ color: L.tracks[key], ...kOver })))]);
   for (const key of ['before', 'trajectory']) {
     const t = L[key];
     if (t) add(key, Array.from({ length: t.count }, (_, i) => new THREE.Vector3().fromArray(t.positions, 3 * i)));
@@ -54,13 +58,13 @@ export function pointsOf(points, L, origin, colour, size) {
 export function keyframesOf(L, origin, size) {
   const { count, poses } = L.keyframes;
   const shape = new THREE.ConeGeometry(0.6 * size, 2 * size, 4).rotateZ(-Math.PI / 2);
-  const mesh = new THREE.InstancedMesh(shape, new THREE.MeshBasicMaterial({ color: L.tracks.keyframes }), count);
+  const mesh = new THREE.InstancedMesh(shape, new THREE.MeshBasicMaterial({ color: L.tracks.keyframes, ...kOver }), count);
   const matrix = new THREE.Matrix4();
   for (let i = 0; i < count; ++i) {
     matrix.makeRotationZ(poses[4 * i + 3]).setPosition(new THREE.Vector3().fromArray(poses, 4 * i).sub(origin));
     mesh.setMatrixAt(i, matrix);
   }
-  return mesh;
+  return over(mesh);
 }
 
 export function surfelsOf(surfels, L, origin) {

@@ -34,9 +34,10 @@
     const height = cells(grid.layers.height.codes, size);
     const { least, largest, codes } = grid.layers.navigability;
     const can = cells(codes, size);
-    const sum = { seen: 0, free: 0, blocked: 0, unsure: 0, looked: false };
+    const { surfels } = Lamina.data, stages = metrics().stages || {};
+    // Walls have heights, too: a sensor that looks at the floor leaves surfels.
+    const sum = { seen: 0, free: 0, blocked: 0, unsure: 0, looked: Boolean((surfels && surfels.count) || stages.floor) };
     for (let k = 0; k < size; ++k) {
-      if (height[k] !== 255) sum.looked = true;
       if (can[k] !== 255) sum[least + can[k] / 254 * (largest - least) > 0 ? 'free' : 'blocked'] += cell;
       else if (height[k] !== 255) sum.unsure += cell;
     }
@@ -87,8 +88,7 @@
   }
 
   function groundText(g) {
-    if (!g.looked) return `No sensor looked at the floor: ${area(g.free)} are clear at the height of the scanner, `
-      + `${area(g.blocked)} are in the way.`;
+    if (!g.looked) return `No sensor looked at the floor. At the height of the scanner ${g.free > 0 ? `${area(g.free)} are clear and ` : ''}${area(g.blocked)} are walls.`;
     return `${area(g.seen)} of ground are mapped: ${area(g.free)} free, ${area(g.blocked)} blocked, ${area(g.unsure)} not sure enough to tell.`;
   }
 
@@ -151,7 +151,7 @@
     const { trajectory: t, planes, data } = Lamina;
     const ate = data.evaluation && data.evaluation.trajectory && data.evaluation.trajectory.ate_m;
     const list = [t && t.count && ['path', number(t.length, 'm')], t && t.count && ['time', duration(t.times[t.count - 1] - t.times[0])],
-      ['planes', String(planes.length)], g && g.seen && [g.looked ? 'free ground' : 'clear area', area(g.free)],
+      ['planes', String(planes.length)], g && g.free > 0 && [g.looked ? 'free ground' : 'clear area', area(g.free)],
       ate && ['error, rms', metres(ate.rmse)]];
     return list.filter(Boolean).map(([name, value]) => el('div', { class: 'tile' }, el('b', {}, value), el('span', {}, name)));
   }
