@@ -87,7 +87,7 @@ window.laminaView3d = (host, L) => {
       meshes.push(mesh);
     }
     for (const [key, line] of linesOf(L, origin)) group(key).add(line);
-    if (L.keyframes) group('keyframes').add(keyframesOf(L, origin, 0.008 * reach));
+    if (L.keyframes) group('keyframes').add(keyframesOf(L, origin, 0.018 * reach));
     if (L.data.edges && L.data.edges.count) group('edges').add(pointsOf(L.data.edges, L, origin, L.tracks.edges, 5));
     if (L.data.surfels && L.data.surfels.count) {
       surfels = surfelsOf(L.data.surfels, L, origin);
