@@ -40,13 +40,15 @@ LivePage::LivePage(const std::string& where, std::string recording)
       recording_(std::move(recording)),
       encoder_([this] { encode(); }) {}
 
-LivePage::~LivePage() {
+LivePage::~LivePage() { stop(); }
+
+void LivePage::stop() {
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;
   }
   news_.notify_all();
-  encoder_.join();
+  if (encoder_.joinable()) encoder_.join();
 }
 
 double LivePage::seconds() const {
@@ -161,13 +163,7 @@ void LivePage::encode() {
 }
 
 void LivePage::finished(const std::filesystem::path& folder) {
-  {
-    const std::lock_guard lock(mutex_);
-    stop_ = true;
-  }
-  news_.notify_all();
-  encoder_.join();
-  encoder_ = std::thread([] {});
+  stop();  // else a picture that is late would come after the last one
   server_.publish(viewer::finished_data(viewer::map_data(folder),
                                         folder.lexically_normal().string(), seconds()));
   if (server_.wanted(kLooksOn)) server_.wait_until_fetched(5);

@@ -53,6 +53,7 @@ class LivePage {
   std::unique_ptr<Picture> begin(const char* doing, const io::Metrics& metrics) const;
   void hand_over(std::unique_ptr<Picture> picture, Clock::time_point since);
   void encode();
+  void stop();
   double seconds() const;
 
   viewer::LiveServer server_;
