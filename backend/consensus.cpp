@@ -5,7 +5,9 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <set>
 
+#include <lamina/backend/factors/plane_moments.hpp>
 #include <lamina/models/linalg.hpp>
 
 namespace lamina {
@@ -269,6 +271,47 @@ Agreement agreement_of(const Graph& graph, const Tracks& tracks) {
     result.in_largest[i] = largest[f.plane].second == t;
   }
   return result;
+}
+
+namespace {
+
+double chi_squared_under(const Graph& graph, const PlaneMomentsFactor& view, PlaneId name) {
+  const PlaneLandmark& plane = graph.at(name);
+  const SE3& T = graph.at(view.keyframe).T_map_body;
+  SE3 T_anchor_body(T.so3(), T.translation() - plane.anchor_map);
+  if (view.extrinsics != ExtrinsicsId::kNone) {
+    T_anchor_body = T_anchor_body * extrinsics_correction(graph.at(view.extrinsics));
+  }
+  return view.moments_body.cost(T_anchor_body.inverse() * plane.plane_anchor);
+}
+
+}  // namespace
+
+std::vector<PlaneId> names_of_tracks(const Graph& graph, const Tracks& tracks, double limit) {
+  std::vector<std::vector<std::size_t>> views(static_cast<std::size_t>(tracks.count));
+  for (std::size_t i = 0; i < tracks.track.size(); ++i) {
+    if (tracks.track[i] == Tracks::kNone) continue;
+    views[static_cast<std::size_t>(tracks.track[i])].push_back(i);
+  }
+  std::vector<PlaneId> names;
+  for (const auto& track : views) {
+    PlaneId best = PlaneId::kNone;
+    double least = 0.5 * limit * static_cast<double>(track.size());
+    std::set<PlaneId> carried;
+    for (const std::size_t i : track) carried.insert(graph.plane_moments[i].plane);
+    for (const PlaneId name : carried) {
+      double sum = 0;
+      for (const std::size_t i : track) {
+        sum += std::min(limit, chi_squared_under(graph, graph.plane_moments[i], name));
+      }
+      if (sum < least) {
+        least = sum;
+        best = name;
+      }
+    }
+    names.push_back(best);
+  }
+  return names;
 }
 
 }  // namespace lamina

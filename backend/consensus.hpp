@@ -40,4 +40,8 @@ Tracks geometric_tracks(const Graph& graph, double inlier_chi2);
 /// partial views 1. in_largest: of the track that gives its plane the most views.
 Agreement agreement_of(const Graph& graph, const Tracks& tracks);
 
+/// Of the names that a track's views carry, the one under which all its views together fit best,
+/// each counted to `limit` at most; kNone where not half of them fit at all.
+std::vector<PlaneId> names_of_tracks(const Graph& graph, const Tracks& tracks, double limit);
+
 }  // namespace lamina

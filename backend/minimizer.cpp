@@ -35,10 +35,25 @@ Eigen::VectorXd damped_step(NormalEquations& equations, const Eigen::VectorXd& s
   return step;
 }
 
+/// A step that lowers the cost by less than this share of what it promised: let positions follow.
+constexpr double kPoorRatio = 0.75;
+
 }  // namespace
 
+bool let_positions_follow(NormalEquations& equations, double damping, bool further) {
+  constexpr double kHold = 1e12;
+  const Eigen::VectorXd scale = damping_scale(equations), turns = equations.turning();
+  if (!equations.factorize(damping * scale + kHold * turns.cwiseProduct(scale))) return false;
+  const Eigen::VectorXd step =
+      equations.solve(-equations.gradient()).cwiseProduct((1 - turns.array()).matrix());
+  if (!step.allFinite()) return false;
+  equations.step(step, further);
+  return true;
+}
+
 MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& options,
-                         const std::function<bool(const Iteration&)>& progress) {
+                         const std::function<bool(const Iteration&)>& progress,
+                         const LongPath& path) {
   MinimizerResult result;
   CostByType cost = equations.linearize();
   result.initial_cost = result.final_cost = cost;
@@ -57,13 +72,22 @@ MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& opt
     Iteration report{result.iterations, before, 0, damping, false};
     const Eigen::VectorXd step = damped_step(equations, scale, damping);
     if (step.size() > 0) {
+      if (result.iterations == 1 && equations.largest_turn(step) > path.largest_first_turn) {
+        result.turns_too_far = true;
+        return result;
+      }
       // Of the quadratic model: cost falls by -g.d + damping d^T D d.
       report.predicted_decrease =
           -equations.gradient().dot(step) + damping * step.cwiseAbs2().dot(scale);
       equations.step(step);
       const bool last = report.predicted_decrease <
                         std::max(options.chi2_tolerance, options.relative_tolerance * before);
-      const CostByType next = last ? equations.cost() : equations.linearize();
+      CostByType next = last ? equations.cost() : equations.linearize();
+      if (path.positions_follow && !last &&
+          !(total(next) < before - kPoorRatio * report.predicted_decrease) &&
+          let_positions_follow(equations, damping, true)) {
+        next = equations.linearize();
+      }
       report.accepted = total(next) < total(cost);
       if (report.accepted) {
         report.cost = total(next);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 
 #include <lamina/backend/normal_equations.hpp>
 
@@ -36,6 +37,15 @@ struct MinimizerOptions {
   int max_rejections = 1000;
 };
 
+/// For paths so long that they may be off by radians.
+struct LongPath {
+  /// Stop before the first step (turns_too_far) when it would turn a keyframe by more, rad.
+  double largest_first_turn = std::numeric_limits<double>::infinity();
+  /// After a step that lowers the cost by little of what it promised: let_positions_follow(). For
+  /// paths that had to be unwound; short ones gain nothing.
+  bool positions_follow = false;
+};
+
 struct Iteration {
   int number = 0;  ///< from 1
   double cost = 0;
@@ -46,15 +56,24 @@ struct Iteration {
 
 struct MinimizerResult {
   SolveStatus status = SolveStatus::kNothingToSolve;
-  int iterations = 0;  ///< linear systems solved
+  int iterations = 0;          ///< linear systems solved
+  bool turns_too_far = false;  ///< see LongPath; the states are as they were
   CostByType initial_cost{}, final_cost{};
 };
 
 double total(const CostByType& cost);
 
+/// Turns stay as they are, positions and distances go where they fit best: a linear problem, solved
+/// by one system at the states of the last linearize(). A step that turns a long path moves its
+/// positions along tangents; that stretches every link by half the square of the turn, and the cost
+/// goes up although the turns are right. False when the system could not be solved. `further` as
+/// in NormalEquations::step().
+bool let_positions_follow(NormalEquations& equations, double damping, bool further);
+
 /// Moves the states of `equations` to the nearest minimum. `progress` is called after each
 /// iteration; returning false stops. Never throws for numerical reasons, never leaves NaN behind.
 MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& options,
-                         const std::function<bool(const Iteration&)>& progress = {});
+                         const std::function<bool(const Iteration&)>& progress = {},
+                         const LongPath& path = {});
 
 }  // namespace lamina

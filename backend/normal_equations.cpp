@@ -5,7 +5,8 @@ namespace lamina {
 
 using namespace detail;
 
-NormalEquations::NormalEquations(const Graph& graph) : impl_(std::make_unique<Impl>(graph)) {}
+NormalEquations::NormalEquations(const Graph& graph, Terms terms)
+    : impl_(std::make_unique<Impl>(graph, terms)) {}
 NormalEquations::~NormalEquations() = default;
 
 int NormalEquations::dimension() const { return impl_->matrix->dimension(); }
@@ -88,18 +89,43 @@ int NormalEquations::weak_pivots(double threshold) const {
 }
 double NormalEquations::factor_entries() const { return impl_->matrix->factor_entries(); }
 
-void NormalEquations::step(const Eigen::VectorXd& d) {
-  impl_->anchors_before = impl_->anchors;
+void NormalEquations::step(const Eigen::VectorXd& d, bool further) {
+  if (!further) impl_->anchors_before = impl_->anchors;
+  std::vector<Eigen::Vector3d> normals;
+  for (const PlaneState& plane : impl_->states.planes.now) normals.push_back(plane.n);
   impl_->each_kind([&](auto& kind) {
     using State = typename std::decay_t<decltype(kind.now)>::value_type;
-    kind.before = kind.now;
+    if (!further) kind.before = kind.now;
     for (std::size_t i = 0; i < kind.now.size(); ++i) {
       if (kind.variable[i] == kHeld) continue;
       kind.now[i] = kind.now[i].plus(
           d.template segment<State::kTangent>(impl_->matrix->row_of(kind.variable[i])));
     }
   });
-  impl_->carry_anchors();
+  impl_->carry_anchors(normals);
+}
+
+Eigen::VectorXd NormalEquations::turning() const {
+  Eigen::VectorXd turns = Eigen::VectorXd::Zero(dimension());
+  const auto mark = [&](const auto& kind, int first, int count) {
+    for (const int variable : kind.variable) {
+      if (variable != kHeld)
+        turns.segment(impl_->matrix->row_of(variable) + first, count).setOnes();
+    }
+  };
+  mark(impl_->states.poses, 3, 3);
+  mark(impl_->states.planes, 0, 2);
+  mark(impl_->states.extrinsics, 0, 2);
+  return turns;
+}
+
+double NormalEquations::largest_turn(const Eigen::VectorXd& d) const {
+  double most = 0;
+  for (const int variable : impl_->states.poses.variable) {
+    if (variable == kHeld) continue;
+    most = std::max(most, d.segment<3>(impl_->matrix->row_of(variable) + 3).norm());
+  }
+  return most;
 }
 
 void NormalEquations::undo_step() {

@@ -26,7 +26,10 @@ using CostByType = std::array<double, kFactorTypes>;
 /// factors of weight 0 are left out, so that wrong ones cost no fill.
 class NormalEquations {
  public:
-  explicit NormalEquations(const Graph& graph);
+  /// Which residuals are taken in. kTurns: those of directions alone (rotations between keyframes,
+  /// tilts of planes), which do not ask where anything is; surfels are left out.
+  enum class Terms { kAll, kTurns };
+  explicit NormalEquations(const Graph& graph, Terms terms = Terms::kAll);
   ~NormalEquations();
   NormalEquations(const NormalEquations&) = delete;
   NormalEquations& operator=(const NormalEquations&) = delete;
@@ -46,9 +49,15 @@ class NormalEquations {
   Eigen::VectorXd solve(const Eigen::VectorXd& rhs);
   int weak_pivots(double threshold) const;
 
-  /// Moves all states by d, and back again.
-  void step(const Eigen::VectorXd& d);
+  /// Moves all states by d, and back again. `further`: on top of the last step; undo_step() then
+  /// takes back both.
+  void step(const Eigen::VectorXd& d, bool further = false);
   void undo_step();
+  /// 1 for every column that turns something (rotations of poses, tilts of planes, angles of
+  /// sensors), 0 for the others: with the turns held, what is left is a linear problem in them.
+  Eigen::VectorXd turning() const;
+  /// The largest angle by which the step d turns a pose, rad.
+  double largest_turn(const Eigen::VectorXd& d) const;
 
   /// Writes poses, planes, surfels, extrinsics into the graph this was made from.
   void write(Graph& graph) const;

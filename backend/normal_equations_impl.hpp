@@ -63,7 +63,9 @@ struct NormalEquations::Impl {
   std::vector<Eigen::Vector4d> middles;
   std::vector<bool> anchor_is_fixed;  ///< held, or a marginal prior over several states has it
 
-  explicit Impl(const Graph& graph);
+  bool turns_only = false;
+
+  Impl(const Graph& graph, Terms terms);
   void make_states(const Graph& graph);
   void make_pose_terms(const Graph& graph);
   void make_plane_terms(const Graph& graph);
@@ -72,7 +74,8 @@ struct NormalEquations::Impl {
   /// Mean of the evidence's means from each anchor (3), and how many they are.
   std::vector<Eigen::Vector4d> evidence_middles();
   void reanchor();
-  void carry_anchors();
+  /// After a step from planes with these normals.
+  void carry_anchors(const std::vector<Eigen::Vector3d>& normals);
   void tell_anchors();
   template <class F>
   void each_group(F&& f);

@@ -5,11 +5,11 @@ namespace lamina {
 
 using namespace detail;
 
-NormalEquations::Impl::Impl(const Graph& graph) {
+NormalEquations::Impl::Impl(const Graph& graph, Terms terms) : turns_only(terms == Terms::kTurns) {
   make_states(graph);
   make_pose_terms(graph);
   make_plane_terms(graph);
-  make_surfel_terms(graph);
+  if (!turns_only) make_surfel_terms(graph);
   make_marginals(graph);
   std::vector<std::pair<int, int>> pairs;
   each_group([&](FactorType, auto& group, const auto&) { group.pairs(states, pairs); });
@@ -59,15 +59,21 @@ int index_in(const StateVector& states, const State& state) {
 
 void NormalEquations::Impl::make_pose_terms(const Graph& graph) {
   const auto pose = [&](KeyframeId id) { return index_in(graph.keyframes, graph.at(id)); };
-  for (const auto& f : graph.odometry) odometry.add(OdometryTerm(f), {pose(f.from), pose(f.to)});
+  const auto told = [this](auto factor, int positions) {
+    if (turns_only) factor.sqrt_information.leftCols(positions).setZero();
+    return factor;
+  };
+  for (const auto& f : graph.odometry) {
+    odometry.add(OdometryTerm(told(f, 3)), {pose(f.from), pose(f.to)});
+  }
   for (const auto& f : graph.planar_odometry) {
-    planar.add(PlanarOdometryTerm(f), {pose(f.from), pose(f.to)});
+    planar.add(PlanarOdometryTerm(told(f, 2)), {pose(f.from), pose(f.to)});
   }
   loop_count = graph.loops.size();
   for (std::size_t i = 0; i < loop_count; ++i) {
     const LoopFactor& f = graph.loops[i];
     if (!(f.weight > 0)) continue;
-    loops.add(OdometryTerm(f), {pose(f.from), pose(f.to)});
+    loops.add(OdometryTerm(told(f, 3)), {pose(f.from), pose(f.to)});
     loop_factor.push_back(i);
     loop_weights.push_back(f.weight);
   }
@@ -81,6 +87,9 @@ void NormalEquations::Impl::make_pose_terms(const Graph& graph) {
 }
 
 void NormalEquations::Impl::make_plane_terms(const Graph& graph) {
+  const auto told = [this](const Moments& m) {
+    return turns_only ? Moments(0, m.mean(), m.scatter(), m.count()) : m;
+  };
   moments_count = graph.plane_moments.size();
   for (std::size_t i = 0; i < moments_count; ++i) {
     const PlaneMomentsFactor& f = graph.plane_moments[i];
@@ -89,13 +98,13 @@ void NormalEquations::Impl::make_plane_terms(const Graph& graph) {
     const int k = index_in(graph.keyframes, graph.at(f.keyframe));
     const int p = index_in(graph.planes, plane);
     if (f.extrinsics == ExtrinsicsId::kNone) {
-      moments.add(PlaneMomentsTerm(f.moments_body, plane.anchor_map), {k, p});
+      moments.add(PlaneMomentsTerm(told(f.moments_body), plane.anchor_map), {k, p});
       moments_factor.push_back(i);
       moments_weights.push_back(f.weight);
       continue;
     }
     const Extrinsics& sensor = graph.at(f.extrinsics);
-    moments_extrinsics.add(PlaneMomentsExtrinsicsTerm(f.moments_body, plane.anchor_map,
+    moments_extrinsics.add(PlaneMomentsExtrinsicsTerm(told(f.moments_body), plane.anchor_map,
                                                       sensor.T_body_sensor.translation()),
                            {k, p, index_in(graph.extrinsics, sensor)});
     moments_extrinsics_factor.push_back(i);
@@ -103,8 +112,9 @@ void NormalEquations::Impl::make_plane_terms(const Graph& graph) {
   }
   segment_count = graph.segments.size();
   for (std::size_t i = 0; i < segment_count; ++i) {
-    const SegmentFactor& f = graph.segments[i];
+    SegmentFactor f = graph.segments[i];
     if (!(f.weight > 0)) continue;
+    if (turns_only) f.sqrt_information.col(1).setZero();
     const PlaneLandmark& plane = graph.at(f.plane);
     segments.add(SegmentTerm(f, plane.anchor_map),
                  {index_in(graph.keyframes, graph.at(f.keyframe)), index_in(graph.planes, plane)});
@@ -198,11 +208,11 @@ void NormalEquations::Impl::reanchor() {
   if (moved) tell_anchors();
 }
 
-void NormalEquations::Impl::carry_anchors() {
+void NormalEquations::Impl::carry_anchors(const std::vector<Eigen::Vector3d>& normals) {
   const std::vector<Eigen::Vector4d> after = evidence_middles();
   for (std::size_t p = 0; p < anchors.size(); ++p) {
     if (anchor_is_fixed[p] || after[p](3) == 0) continue;
-    const Eigen::Vector3d& n = states.planes.before[p].n;
+    const Eigen::Vector3d& n = normals[p];
     const Eigen::Vector3d shift = (after[p] - middles[p]).head<3>();
     if (shift.allFinite()) anchors[p] += shift - n.dot(shift) * n;
   }

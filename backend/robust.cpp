@@ -6,6 +6,7 @@
 
 #include <lamina/backend/consensus.hpp>
 #include <lamina/backend/plane_refit.hpp>
+#include <lamina/backend/turning_start.hpp>
 
 namespace lamina {
 namespace {
@@ -61,12 +62,17 @@ class Rounds {
     return *outcome_.equations;
   }
   /// False when the caller wants to stop, or there is nothing to go on with.
-  bool run(const MinimizerOptions& options) {
-    const MinimizerResult result = minimize(*outcome_.equations, options, [&](const Iteration& it) {
-      if (!progress_) return true;
-      return progress_(
-          {outcome_.rounds, outcome_.iterations + it.number, it.cost, it.predicted_decrease});
-    });
+  bool run(const MinimizerOptions& options, const LongPath& path = {}) {
+    MinimizerResult result = minimize_once(options, path);
+    if (result.turns_too_far) {
+      outcome_.equations.reset();
+      const TurningStart start = start_from_turns(graph_, total(result.initial_cost));
+      outcome_.iterations += result.iterations + start.iterations;
+      renew();
+      const CostByType initial_cost = result.initial_cost;
+      result = minimize_once(options, {.positions_follow = true});
+      result.initial_cost = initial_cost;
+    }
     outcome_.iterations += result.iterations;
     outcome_.status = result.status;
     outcome_.final_cost = result.final_cost;
@@ -79,6 +85,17 @@ class Rounds {
   void write() { outcome_.equations->write(graph_); }
 
  private:
+  MinimizerResult minimize_once(const MinimizerOptions& options, const LongPath& path) {
+    return minimize(
+        *outcome_.equations, options,
+        [&](const Iteration& it) {
+          if (!progress_) return true;
+          return progress_(
+              {outcome_.rounds, outcome_.iterations + it.number, it.cost, it.predicted_decrease});
+        },
+        path);
+  }
+
   Graph& graph_;
   RobustOutcome& outcome_;
   const std::function<bool(const RefineProgress&)>& progress_;
@@ -184,17 +201,50 @@ std::vector<FactorRef> rejected_factors(const Graph& graph) {
   return rejected;
 }
 
+/// How much wider than for good the kernel is in a second hearing, in chi-squared.
+constexpr double kWideHearing = 20;
+
 /// A second hearing for what a settled solution left out but is not far from: rooms that were torn
 /// off by a few sigmas of drift come back, names that are wrong stay far away.
-void hear_again(Graph& graph, const RefineOptions& options, RobustOutcome& outcome,
+bool hear_again(Graph& graph, const RefineOptions& options, RobustOutcome& outcome,
                 Rounds& rounds) {
-  constexpr double kWide = 20;
   rounds.write();
-  store_weights(graph, judged(chi_squared_of(graph), kWide * options.inlier_chi2, {}));
+  store_weights(graph, judged(chi_squared_of(graph), kWideHearing * options.inlier_chi2, {}));
   rounds.renew();
   RefineOptions careful = options;
   careful.minimizer.initial_damping = std::max(1e-10, options.minimizer.initial_damping);
-  if (graduate(kWide, careful, outcome, rounds)) settle(graph, options, outcome, rounds);
+  return graduate(kWideHearing, careful, outcome, rounds) &&
+         settle(graph, options, outcome, rounds);
+}
+
+/// A track is decided as a whole: views of it that were rejected under their own names are heard
+/// again under the track's, as factors that the graph has for this solve alone. The names stay
+/// rejected; where the robot was is told by all that it saw.
+void hear_under_names_of_tracks(Graph& graph, const Tracks& tracks, const RefineOptions& options,
+                                RobustOutcome& outcome, Rounds& rounds) {
+  constexpr int kHearings = 2;
+  const std::size_t own = graph.plane_moments.size();
+  bool going = true;
+  for (int hearing = 0; hearing < kHearings && going; ++hearing) {
+    rounds.write();
+    graph.plane_moments.resize(own);
+    const std::vector<PlaneId> names =
+        names_of_tracks(graph, tracks, kWideHearing * options.inlier_chi2);
+    for (std::size_t i = 0; i < own; ++i) {
+      const int t = tracks.track[i];
+      if (t == Tracks::kNone || graph.plane_moments[i].weight >= 0.5) continue;
+      const PlaneId name = names[static_cast<std::size_t>(t)];
+      if (name == PlaneId::kNone || name == graph.plane_moments[i].plane) continue;
+      PlaneMomentsFactor factor = graph.plane_moments[i];
+      factor.plane = name;
+      factor.weight = 1;
+      graph.plane_moments.push_back(factor);
+    }
+    if (graph.plane_moments.size() == own) return;
+    going = hear_again(graph, options, outcome, rounds);
+  }
+  rounds.write();
+  graph.plane_moments.resize(own);
 }
 
 /// What the plain solution says about the doubtful factors.
@@ -279,9 +329,11 @@ RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
   constexpr int kMostRejections = 4;
   RobustOutcome outcome;
   Rounds rounds(graph, outcome, progress);
+  MinimizerOptions plain = options.minimizer;
+  const LongPath unwind{.largest_first_turn = kLargestTurn};
   if (!options.robust) {
     rounds.renew();
-    rounds.run(options.minimizer);
+    rounds.run(plain, unwind);
     rounds.write();
     return outcome;
   }
@@ -290,11 +342,12 @@ RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
   Verdict verdict = Verdict::kContradiction;
   const bool named_wrong = agreement.conflicts > graph.plane_moments.size() / 500;
   if (!named_wrong) {
-    NormalEquations& equations = rounds.renew();
-    MinimizerOptions plain = options.minimizer;
+    const GraphStates start = states_of(graph);
+    rounds.renew();
     plain.max_rejections = kMostRejections;
-    if (rounds.run(plain)) {
-      verdict = judge(equations.chi_squared(), options.inlier_chi2);
+    if (rounds.run(plain, unwind)) {
+      verdict = judge(outcome.equations->chi_squared(), options.inlier_chi2);
+      if (verdict == Verdict::kContradiction) put_back(start, graph);
       if (verdict == Verdict::kConsistent && doubted_before) verdict = Verdict::kFewOutliers;
     } else {
       verdict = Verdict::kConsistent;  // stopped: what there is stands
@@ -306,6 +359,7 @@ RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
     follow_tracks(graph, tracks, options);
     if (solve_doubting(graph, agreement_of(graph, tracks), options, outcome, rounds)) {
       hear_again(graph, options, outcome, rounds);
+      hear_under_names_of_tracks(graph, tracks, options, outcome, rounds);
     }
   } else if (verdict == Verdict::kContradiction) {
     solve_doubting(graph, agreement, options, outcome, rounds);

@@ -88,17 +88,17 @@ Sums solve_seeds(double share, std::uint64_t seeds) {
 }
 
 TEST(RefinerOutliers, ThirtyPercentWrongNamesHardlyShow) {
-  const Sums sums = solve_seeds(0.3, 20);
+  const Sums sums = solve_seeds(0.3, 25);
   EXPECT_LE(sums.ate, 1.1 * sums.clean);
-  EXPECT_GE(sums.names.found, 0.97 * sums.names.wrong);
+  EXPECT_GE(sums.names.found, 0.98 * sums.names.wrong);
   EXPECT_LE(sums.names.falsely, 0.1 * sums.names.wrong);
 }
 
-// The aim is 1.5; what holds is stated in docs/backend.md.
+// The aim is 1.5, and just missed; docs/backend.md.
 TEST(RefinerOutliers, SeventyPercentWrongNamesAreFound) {
-  const Sums sums = solve_seeds(0.7, 10);
-  EXPECT_LE(sums.ate, 2.5 * sums.clean);
-  EXPECT_GE(sums.names.found, 0.93 * sums.names.wrong);
+  const Sums sums = solve_seeds(0.7, 25);
+  EXPECT_LE(sums.ate, 1.6 * sums.clean);
+  EXPECT_GE(sums.names.found, 0.95 * sums.names.wrong);
 }
 
 }  // namespace

@@ -1,0 +1,51 @@
+// Turns by Gauss-Newton, positions by one linear system.
+#include <lamina/backend/turning_start.hpp>
+
+#include <lamina/backend/minimizer.hpp>
+
+namespace lamina {
+
+GraphStates states_of(const Graph& graph) {
+  GraphStates states;
+  for (const Keyframe& k : graph.keyframes) states.poses.push_back(k.T_map_body);
+  for (const PlaneLandmark& p : graph.planes) states.planes.push_back(p.plane_anchor);
+  for (const Extrinsics& e : graph.extrinsics) states.sensors.push_back(e.state);
+  return states;
+}
+
+void put_back(const GraphStates& states, Graph& graph) {
+  for (std::size_t i = 0; i < states.poses.size(); ++i) {
+    graph.keyframes[i].T_map_body = states.poses[i];
+  }
+  for (std::size_t i = 0; i < states.planes.size(); ++i) {
+    if (graph.planes[i].active) graph.planes[i].set_plane_anchor(states.planes[i]);
+  }
+  for (std::size_t i = 0; i < states.sensors.size(); ++i) {
+    graph.extrinsics[i].state = states.sensors[i];
+  }
+}
+
+TurningStart start_from_turns(Graph& graph, double cost) {
+  TurningStart start;
+  const GraphStates before = states_of(graph);
+  {
+    NormalEquations turns(graph, NormalEquations::Terms::kTurns);
+    MinimizerOptions options;
+    options.max_iterations = 12;
+    options.relative_tolerance = 1e-4;  // a start needs no more
+    start.iterations = minimize(turns, options).iterations;
+    turns.write(graph);
+  }
+  NormalEquations all(graph);
+  all.linearize();
+  start.accepted = let_positions_follow(all, 1e-13, false) && total(all.cost()) < cost;
+  ++start.iterations;
+  if (start.accepted) {
+    all.write(graph);
+  } else {
+    put_back(before, graph);
+  }
+  return start;
+}
+
+}  // namespace lamina

@@ -1,0 +1,37 @@
+// A start for graphs that have drifted too far to be linear: directions first, then positions.
+#pragma once
+
+#include <vector>
+
+#include <lamina/backend/graph.hpp>
+
+namespace lamina {
+
+/// A step that turns a keyframe by more than this, rad, is beyond what its linear model can tell:
+/// positions along it bend as tangents do, off by half the square of the angle times their
+/// distance.
+inline constexpr double kLargestTurn = 1.0;
+
+/// What a solver moves, without surfels.
+struct GraphStates {
+  std::vector<SE3> poses;
+  std::vector<Plane> planes;
+  std::vector<Eigen::Vector3d> sensors;
+};
+GraphStates states_of(const Graph& graph);
+/// Of the same graph: nothing was added or removed since.
+void put_back(const GraphStates& states, Graph& graph);
+
+struct TurningStart {
+  int iterations = 0;     ///< linear systems solved
+  bool accepted = false;  ///< false: the cost did not fall, the graph is as it was
+};
+
+/// Turns alone are a benign problem however long the path is: rotations between keyframes and tilts
+/// of planes, solved from where they are by Gauss-Newton on the manifold (from nothing, as chordal
+/// relaxation does, the solution fades along the path). With the turns held, positions and
+/// distances are a linear problem: one system. Surfels stay as they are. `cost`: of the graph as it
+/// is.
+TurningStart start_from_turns(Graph& graph, double cost);
+
+}  // namespace lamina
