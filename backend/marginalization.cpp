@@ -68,6 +68,47 @@ LinearSystem linear_system(const EliminationOrder& order, std::span<const Linear
   return system;
 }
 
+namespace {
+
+/// The triangle of a QR of A, by Householder's reflections. Rows are sorted by their first entry,
+/// and each column is reflected over the rows that have begun by then: a triangle among them (the
+/// prior from before) costs one row a column, not all of its own (bench/window_bench.cpp).
+Eigen::MatrixXd triangle_of(const Eigen::MatrixXd& A) {
+  const Eigen::Index rows = A.rows(), columns = A.cols();
+  std::vector<Eigen::Index> first(static_cast<std::size_t>(rows)), order(first.size());
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    Eigen::Index& begin = first[static_cast<std::size_t>(i)];
+    while (begin < columns && A(i, begin) == 0) ++begin;
+    order[static_cast<std::size_t>(i)] = i;
+  }
+  std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
+    return first[static_cast<std::size_t>(a)] < first[static_cast<std::size_t>(b)];
+  });
+  Eigen::MatrixXd R = A(order, Eigen::all);
+  Eigen::Index end = 0;
+  for (Eigen::Index k = 0; k < std::min(rows, columns); ++k) {
+    while (end < rows && first[static_cast<std::size_t>(order[static_cast<std::size_t>(end)])] <= k)
+      ++end;
+    const Eigen::Index below = end - k - 1;
+    if (below < 1) continue;
+    double tau = 0, beta = 0;
+    R.col(k).segment(k, below + 1).makeHouseholderInPlace(tau, beta);
+    const auto v = R.col(k).segment(k + 1, below);
+    for (Eigen::Index j = k + 1; j < columns; ++j) {
+      auto x = R.col(j).segment(k + 1, below);
+      const double share = tau * (R(k, j) + v.dot(x));
+      R(k, j) -= share;
+      x -= share * v;
+    }
+    R(k, k) = beta;
+    R.col(k).segment(k + 1, below).setZero();
+  }
+  R.conservativeResize(std::min(rows, columns), Eigen::NoChange);
+  return R;
+}
+
+}  // namespace
+
 SquareRootInformation eliminate_by_qr(const LinearSystem& system, double tolerance) {
   SquareRootInformation result;
   const Eigen::Index gone = system.eliminated_columns;
@@ -77,27 +118,27 @@ SquareRootInformation eliminate_by_qr(const LinearSystem& system, double toleran
     result.constant = std::numeric_limits<double>::infinity();
     return result;
   }
-  // [J_kept | r] follows the rotations of J_eliminated; the first rank rows are then used up.
+  // [J_kept | r] follows the rotations of J_eliminated; the first rank rows are then used up. Rows
+  // that say nothing of what goes take no part.
   Eigen::MatrixXd rest(system.J.rows(), kept + 1);
   rest << system.J.rightCols(kept), system.r;
-  Eigen::Index rank = 0;
-  if (gone > 0 && system.J.rows() > 0) {
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(system.J.leftCols(gone));
+  std::vector<Eigen::Index> touched, untouched;
+  for (Eigen::Index i = 0; i < system.J.rows(); ++i) {
+    const bool touches = gone > 0 && system.J.row(i).head(gone).cwiseAbs().maxCoeff() > 0;
+    (touches ? touched : untouched).push_back(i);
+  }
+  Eigen::MatrixXd turned = rest(touched, Eigen::all);
+  if (!touched.empty()) {
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(system.J(touched, Eigen::seqN(0, gone)));
     qr.setThreshold(tolerance);
-    rank = qr.rank();
-    rest.applyOnTheLeft(qr.householderQ().setLength(qr.nonzeroPivots()).adjoint());
+    result.eliminated_rank = static_cast<int>(qr.rank());
+    turned.applyOnTheLeft(qr.householderQ().setLength(qr.nonzeroPivots()).adjoint());
   }
-  result.eliminated_rank = static_cast<int>(rank);
-  Eigen::MatrixXd left = rest.bottomRows(rest.rows() - rank);
+  const Eigen::Index stay = turned.rows() - result.eliminated_rank;
+  Eigen::MatrixXd left(stay + static_cast<Eigen::Index>(untouched.size()), kept + 1);
+  left << turned.bottomRows(stay), rest(untouched, Eigen::all);
   if (left.rows() == 0) return result;
-  if (left.rows() > kept + 1) {
-    Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(left);
-    left.conservativeResize(kept + 1, Eigen::NoChange);
-    left.triangularView<Eigen::StrictlyLower>().setZero();
-  } else {
-    Eigen::HouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(left);
-    left.triangularView<Eigen::StrictlyLower>().setZero();
-  }
+  left = triangle_of(left);
   const double scale = kept > 0 ? left.leftCols(kept).cwiseAbs().maxCoeff() : 0.0;
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < left.rows(); ++i) {
@@ -116,6 +157,13 @@ SquareRootInformation eliminate_by_qr(const LinearSystem& system, double toleran
     result.r(static_cast<Eigen::Index>(i)) = left(rows[i], kept);
   }
   return result;
+}
+
+Eigen::MatrixXd gram(const Eigen::MatrixXd& R) {
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(R.cols(), R.cols());
+  H.selfadjointView<Eigen::Lower>().rankUpdate(R.transpose());
+  H.triangularView<Eigen::StrictlyUpper>() = H.transpose();
+  return H;
 }
 
 DenseInformation eliminate_by_schur(const LinearSystem& system) {

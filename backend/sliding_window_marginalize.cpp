@@ -115,7 +115,7 @@ void SlidingWindow::eliminate(const std::vector<bool>& pose_gone,
   if (left.R.rows() > 0) {
     prior.R = left.R;
     prior.r = left.r;
-    prior.H = left.R.transpose() * left.R;
+    prior.H = gram(left.R);
   } else {
     prior = Prior();
   }
@@ -258,7 +258,7 @@ bool SlidingWindow::set_anchor(PlaneId id, const Eigen::Vector3d& anchor_map) {
     const auto column = static_cast<Eigen::Index>(6 * prior_.poses.size() + 3 * i);
     prior_.R.middleCols<3>(column) =
         (prior_.R.middleCols<3>(column) * old_from_new(prior_.planes_at[i])).eval();
-    prior_.H = prior_.R.transpose() * prior_.R;
+    prior_.H = gram(prior_.R);
     move_chart(prior_.planes_at[i]);
   }
   move_chart(plane.now);

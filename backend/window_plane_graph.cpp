@@ -76,6 +76,10 @@ class Runner {
       auto& known = known_[static_cast<std::size_t>(plane.id)];
       known.plane_anchor = plane.plane_anchor;
       known.covariance = plane.covariance;
+      if (with_covariance_) {
+        run_.departed.push_back(
+            {static_cast<int>(plane.id), known.anchor, plane.plane_anchor, plane.covariance});
+      }
     }
   }
 

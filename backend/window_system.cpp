@@ -141,15 +141,25 @@ bool WindowSystem::factor(double lambda) {
   if (np > 0 && nl > 0) {
     C_factor_.selfadjointView<Eigen::Lower>().rankUpdate(W_factor_.transpose(), -1.0);
   }
-  // Planes: left-looking by columns, with the same hold on directions without evidence.
-  for (int j = 0; j < nl; ++j) {
-    auto tail = C_factor_.col(j).tail(nl - j);
-    if (j > 0)
-      tail.noalias() -=
-          C_factor_.bottomLeftCorner(nl - j, j) * C_factor_.row(j).head(j).transpose();
-    const double p = pivot(tail(0), diagonal(j));
-    tail(0) = p;
-    if (nl - j > 1) tail.tail(nl - j - 1) /= p;
+  // Planes: left-looking, in panels of columns, with the same hold on directions without evidence.
+  constexpr int kPanel = 24;
+  for (int begin = 0; begin < nl; begin += kPanel) {
+    const int width = std::min(kPanel, nl - begin), rest = nl - begin;
+    if (begin > 0) {
+      C_factor_.block(begin, begin, rest, width).noalias() -=
+          C_factor_.block(begin, 0, rest, begin) *
+          C_factor_.block(begin, 0, width, begin).transpose();
+    }
+    for (int j = begin; j < begin + width; ++j) {
+      auto tail = C_factor_.col(j).tail(nl - j);
+      if (j > begin) {
+        tail.noalias() -= C_factor_.block(j, begin, nl - j, j - begin) *
+                          C_factor_.row(j).segment(begin, j - begin).transpose();
+      }
+      const double p = pivot(tail(0), diagonal(j));
+      tail(0) = p;
+      if (nl - j > 1) tail.tail(nl - j - 1) /= p;
+    }
   }
   return C_factor_.diagonal().allFinite() && W_factor_.allFinite();
 }
