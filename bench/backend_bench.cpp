@@ -1,12 +1,15 @@
 // Factors: analytic against automatic derivatives. Covariances of a 2,000-pose map.
 //
-//   backend_bench
+//   backend_bench [ARGUMENTS OF Google Benchmark]
+#include <benchmark/benchmark.h>
 #include <ceres/cost_function.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <ctime>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <lamina/backend/covariance.hpp>
@@ -30,8 +33,8 @@ using Blocks = std::vector<std::vector<double>>;
 
 double cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-/// Nanoseconds of one evaluation with all Jacobians: the least of some repetitions.
-double nanoseconds(const ceres::CostFunction& cost, const Blocks& at) {
+/// One evaluation with all Jacobians.
+void evaluate(benchmark::State& state, const ceres::CostFunction& cost, const Blocks& at) {
   std::vector<const double*> parameters;
   std::vector<std::vector<double>> storage;
   std::vector<double*> jacobians;
@@ -41,24 +44,53 @@ double nanoseconds(const ceres::CostFunction& cost, const Blocks& at) {
   }
   for (auto& J : storage) jacobians.push_back(J.data());
   std::vector<double> residuals(static_cast<std::size_t>(cost.num_residuals()));
-  double best = 1e9;
-  for (int repetition = 0; repetition < 20; ++repetition) {
-    constexpr int kCalls = 20000;
-    const double start = cpu_s();
-    for (int i = 0; i < kCalls; ++i) {
-      cost.Evaluate(parameters.data(), residuals.data(), jacobians.data());
-    }
-    best = std::min(best, (cpu_s() - start) * 1e9 / kCalls);
+  for (auto _ : state) {
+    cost.Evaluate(parameters.data(), residuals.data(), jacobians.data());
+    benchmark::DoNotOptimize(residuals.data());
+    benchmark::ClobberMemory();
   }
-  return best;
+}
+
+struct Pair {
+  std::string name;
+  std::shared_ptr<ceres::CostFunction> analytic, automatic;
+  Blocks at;
+};
+
+std::vector<Pair>& pairs() {
+  static std::vector<Pair> all;
+  return all;
 }
 
 void row(const char* name, ceres::CostFunction* analytic, ceres::CostFunction* automatic,
          const Blocks& at) {
-  const std::unique_ptr<ceres::CostFunction> a(analytic), b(automatic);
-  const double ours = nanoseconds(*a, at), theirs = nanoseconds(*b, at);
-  std::printf("%-26s %8.0f ns %8.0f ns   %5.1f x\n", name, ours, theirs, theirs / ours);
+  pairs().push_back({name, std::shared_ptr<ceres::CostFunction>(analytic),
+                     std::shared_ptr<ceres::CostFunction>(automatic), at});
 }
+
+/// Beside the library's own table: the least time of each, and the ratio of a pair.
+class Ratios : public benchmark::ConsoleReporter {
+ public:
+  void ReportRuns(const std::vector<Run>& runs) override {
+    for (const Run& run : runs) {
+      if (run.run_type != Run::RT_Iteration) continue;
+      double& least = least_.try_emplace(run.run_name.function_name, 1e300).first->second;
+      least = std::min(least, run.GetAdjustedCPUTime());
+    }
+  }
+  void print() const {
+    std::printf("%-26s %11s %11s\n", "factor", "analytic", "autodiff");
+    for (const Pair& pair : pairs()) {
+      const double ours = least_.at(pair.name + ", analytic");
+      const double theirs = least_.at(pair.name + ", autodiff");
+      std::printf("%-26s %8.0f ns %8.0f ns   %5.1f x\n", pair.name.c_str(), ours, theirs,
+                  theirs / ours);
+    }
+  }
+
+ private:
+  std::map<std::string, double> least_;
+};
 
 std::vector<double> block(const SE3& pose) {
   std::vector<double> x(7);
@@ -79,7 +111,6 @@ void factors() {
   Moments moments;
   for (int i = 0; i < 20; ++i) moments.add({4, 0.3 * (i % 5), 0.4 * (i / 5)}, 1e3);
   const SE3 T_body_cell = SE3::from_translation({1, 0.4, 0});
-  std::printf("%-26s %11s %11s\n", "factor", "analytic", "autodiff");
   OdometryFactor odometry;
   row("odometry", make_cost(OdometryTerm(odometry)), twins::Odometry::make(odometry),
       {block(a), block(b)});
@@ -118,6 +149,21 @@ void factors() {
       new ceres::AutoDiffCostFunction<twins::SurfelParent, 3, 7, 4, 3>(
           new twins::SurfelParent{parent, T_body_cell, anchor}),
       {block(a), block(plane), surfel});
+  const SurfelMomentsOwnTerm own(moments, T_body_cell);
+  row("surfel moments, own", make_cost(own),
+      new ceres::AutoDiffCostFunction<twins::SurfelMomentsOwn, 4, 3>(
+          new twins::SurfelMomentsOwn{{own.root_weight, own.mean_cell, own.rows_cell, SE3()}}),
+      {surfel});
+  MarginalPrior marginal;
+  marginal.keyframes = {KeyframeId(0)};
+  marginal.poses_linear = {b};
+  marginal.planes = {PlaneId(0)};
+  marginal.planes_linear = {Plane({1, 0.1, 0.1}, 4)};
+  marginal.sqrt_information = Eigen::MatrixXd::Ones(5, 9);
+  marginal.residual = Eigen::VectorXd::Ones(5);
+  row("marginal prior, 6 + 3", make_cost(marginal),
+      new ceres::AutoDiffCostFunction<twins::Marginal, 5, 7, 4>(new twins::Marginal{marginal}),
+      {block(a), block(plane)});
 }
 
 void covariance_times() {
@@ -137,7 +183,23 @@ void covariance_times() {
 
 }  // namespace
 
-int main() {
+int main(int argc, char** argv) {
+  benchmark::Initialize(&argc, argv);
   factors();
+  for (const Pair& pair : pairs()) {
+    const auto add = [&pair](const char* kind, const ceres::CostFunction& cost) {
+      benchmark::RegisterBenchmark(
+          (pair.name + kind).c_str(),
+          [&cost, &pair](benchmark::State& state) { evaluate(state, cost, pair.at); })
+          ->MinTime(0.02)
+          ->Repetitions(10);
+    };
+    add(", analytic", *pair.analytic);
+    add(", autodiff", *pair.automatic);
+  }
+  Ratios ratios;
+  benchmark::RunSpecifiedBenchmarks(&ratios);
+  ratios.print();
   covariance_times();
+  return 0;
 }

@@ -1,12 +1,15 @@
 // Solves .planegraph files and prints iterations, time, accuracy.
 //
 //   plane_graphs_bench [--repeat N] [--robust] [--verbose] [--wrong SHARE] FILE... [--rooms N]...
+//   plane_graphs_bench --from-truth FILE...     starts at the truth: the same minimum?
+//   plane_graphs_bench --growth      from 110 to 100,000 keyframes: time, memory, fitted exponents
 //
 // --rooms N generates N rooms of 22 poses in two laps (909: 20,000 poses; 4546: 100,000). Times are
 // of the process's CPU, so that a busy machine does not show in them.
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <ctime>
@@ -22,7 +25,11 @@ namespace {
 
 double cpu_s() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-void run(const std::string& file, const lamina::PlaneGraph& problem, int repeat,
+struct Cost {
+  double seconds = 0, peak_mb = 0;
+};
+
+Cost run(const std::string& file, const lamina::PlaneGraph& problem, int repeat,
          const lamina::RefineOptions& options, bool verbose) {
   std::vector<double> times;
   lamina::PlaneGraphResult result;
@@ -44,16 +51,41 @@ void run(const std::string& file, const lamina::PlaneGraph& problem, int repeat,
               result.plane_angle_deg);
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
+  const double peak_mb = static_cast<double>(usage.ru_maxrss) / 1024;
   std::printf("  rejected %zu of %zu  weak %d  peak %.0f MB\n", result.refine.rejected.size(),
-              problem.observations.size(), result.refine.rank_deficiency,
-              static_cast<double>(usage.ru_maxrss) / 1024);
+              problem.observations.size(), result.refine.rank_deficiency, peak_mb);
+  return {times.front(), peak_mb};
+}
+
+/// Slope of log(cost) over log(keyframes), by least squares.
+double exponent(const std::vector<double>& keyframes, const std::vector<double>& costs) {
+  double n = 0, x = 0, y = 0, xx = 0, xy = 0;
+  for (std::size_t i = 0; i < keyframes.size(); ++i) {
+    const double a = std::log(keyframes[i]), b = std::log(costs[i]);
+    n += 1, x += a, y += b, xx += a * a, xy += a * b;
+  }
+  return (n * xy - x * y) / (n * xx - x * x);
+}
+
+void growth(const lamina::RefineOptions& options) {
+  std::vector<double> keyframes, seconds, memory;
+  for (const int rooms : {5, 46, 455, 909, 4546}) {  // rising: the peak of memory is the process's
+    const lamina::PlaneGraph problem = lamina::test::make_rooms({.rooms = rooms});
+    const Cost cost = run(std::to_string(problem.initial_map_body.size()) + " keyframes", problem,
+                          rooms < 500 ? 5 : 1, options, false);
+    keyframes.push_back(static_cast<double>(problem.initial_map_body.size()));
+    seconds.push_back(cost.seconds);
+    memory.push_back(cost.peak_mb);
+  }
+  std::printf("growth with the number of keyframes: time ^%.2f, memory ^%.2f (aim: at most 1.2)\n",
+              exponent(keyframes, seconds), exponent(keyframes, memory));
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   int repeat = 1;
-  bool verbose = false;
+  bool verbose = false, from_truth = false;
   double wrong = 0;
   lamina::RefineOptions options;
   options.robust = false;
@@ -64,6 +96,10 @@ int main(int argc, char** argv) {
       options.robust = true;
     } else if (std::strcmp(argv[i], "--from-evidence") == 0) {
       options.planes_from_evidence = true;
+    } else if (std::strcmp(argv[i], "--from-truth") == 0) {
+      from_truth = true;
+    } else if (std::strcmp(argv[i], "--growth") == 0) {
+      growth(options);
     } else if (std::strcmp(argv[i], "--verbose") == 0) {
       verbose = true;
     } else if (std::strcmp(argv[i], "--wrong") == 0 && i + 1 < argc) {
@@ -76,7 +112,9 @@ int main(int argc, char** argv) {
           verbose);
     } else {
       try {
-        run(argv[i], lamina::read_plane_graph(argv[i]), repeat, options, verbose);
+        lamina::PlaneGraph problem = lamina::read_plane_graph(argv[i]);
+        if (from_truth) problem.initial_map_body = problem.truth_map_body;
+        run(argv[i], problem, repeat, options, verbose);
       } catch (const lamina::Error& error) {
         std::fprintf(stderr, "%s\n", error.what());
         return 2;
