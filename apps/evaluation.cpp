@@ -5,6 +5,7 @@
 
 #include <lamina/io/grid_files.hpp>
 #include <lamina/io/map_files.hpp>
+#include <lamina/io/path_files.hpp>
 #include <lamina/models/error.hpp>
 #include <lamina/sim/truth.hpp>
 
@@ -58,14 +59,20 @@ SE3 align_poses(const Trajectory& estimate, const Trajectory& reference) {
 }
 
 void compare_with_simulation(const fs::path& map, const sim::Truth& truth,
-                             const SE3& T_reference_map, Evaluation& evaluation) {
+                             const Trajectory& path_map, const SE3& T_reference_map,
+                             Evaluation& evaluation) {
   if (fs::exists(map / "planes.json")) {
     evaluation.planes = plane_errors(io::read_planes_json(map / "planes.json"),
                                      reference_planes(truth), T_reference_map);
   }
-  if (truth.grid.width > 0 && fs::exists(map / "grid" / "grid.yaml")) {
-    evaluation.grid = grid_errors(io::to_grid(io::read_grid(map / "grid")), true_grid(truth.grid),
-                                  T_reference_map);
+  if (truth.grid.width <= 0) return;
+  const NavigabilityGrid ground = true_grid(truth.grid);
+  if (fs::exists(map / "grid" / "grid.yaml")) {
+    evaluation.grid =
+        grid_errors(io::to_grid(io::read_grid(map / "grid")), ground, T_reference_map, path_map);
+  }
+  if (fs::exists(map / "path.csv")) {
+    evaluation.path = path_errors(io::read_path_csv(map / "path.csv"), ground, T_reference_map);
   }
 }
 
@@ -92,7 +99,7 @@ Evaluation evaluate(const fs::path& map, const fs::path& truth) {
   }
   if (fs::is_directory(truth)) {
     if (const auto known = sim::read_truth(truth)) {
-      compare_with_simulation(map, *known, T_reference_map, evaluation);
+      compare_with_simulation(map, *known, estimate, T_reference_map, evaluation);
     } else {
       evaluation.remarks.push_back("no truth.yaml: planes and grid not compared");
     }

@@ -16,6 +16,7 @@ struct Evaluation {
   std::optional<TrajectoryError> trajectory;
   std::optional<PlaneErrors> planes;
   std::optional<GridErrors> grid;
+  std::optional<PathErrors> path;    ///< of DIR/path.csv, where there is one
   std::vector<std::string> remarks;  ///< what could not be compared, and why
 };
 

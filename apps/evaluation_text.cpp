@@ -72,7 +72,10 @@ Json to_json(const GridErrors& g) {
           {"unknown_share", g.unknown_share},
           {"height_rms_m", g.height_rms_m},
           {"height_bias_m", g.height_bias_m},
-          {"height_max_m", g.height_max_m}};
+          {"height_max_m", g.height_max_m},
+          {"unknown_ends", g.unknown_ends},
+          {"near_height_rms_m", g.near_height_rms_m},
+          {"near_heights", g.near_heights}};
 }
 
 std::string planes_text(const PlaneErrors& p) {
@@ -89,13 +92,15 @@ std::string grid_text(const GridErrors& g) {
       "grid free                  {} cells; falsely free {} ({:.3f} %), of these in holes and over "
       "ledges {}, further than a cell from free ground {}\n"
       "grid flat floor            {} cells seen; falsely blocked {} ({:.3f} %), unknown {} ({:.3f} "
-      "%)\n"
+      "%), of these beside what nobody saw {}\n"
       "grid edges                 {} free cells within {:.2f} m of an edge called blocked\n"
-      "grid height                rms {:.4f}  bias {:.4f}  max {:.4f} m\n",
+      "grid height                rms {:.4f}  bias {:.4f}  max {:.4f} m; within {:.0f} m of the "
+      "path rms {:.4f} m ({} cells)\n",
       g.called_free, g.false_free, 100 * g.false_free_share, g.false_free_pits, g.false_free_deep,
       g.flat_floor, g.false_blocked, 100 * g.false_blocked_share, g.unknown_flat,
-      100 * g.unknown_share, g.blocked_edges, GridErrors::kTolerance, g.height_rms_m,
-      g.height_bias_m, g.height_max_m);
+      100 * g.unknown_share, g.unknown_ends, g.blocked_edges, GridErrors::kTolerance,
+      g.height_rms_m, g.height_bias_m, g.height_max_m, GridErrors::kNearPath, g.near_height_rms_m,
+      g.near_heights);
 }
 
 }  // namespace
@@ -115,6 +120,11 @@ std::string to_text(const Evaluation& evaluation) {
   }
   if (evaluation.planes) text += planes_text(*evaluation.planes);
   if (evaluation.grid) text += grid_text(*evaluation.grid);
+  if (evaluation.path) {
+    text +=
+        fmt::format("path                       {} places, {} of them not on truly free ground\n",
+                    evaluation.path->places, evaluation.path->not_free);
+  }
   for (const auto& remark : evaluation.remarks) text += "note: " + remark + "\n";
   return text;
 }
@@ -128,6 +138,9 @@ void write_evaluation(const std::filesystem::path& file, const Evaluation& evalu
   }
   if (evaluation.planes) json["planes"] = to_json(*evaluation.planes);
   if (evaluation.grid) json["grid"] = to_json(*evaluation.grid);
+  if (evaluation.path) {
+    json["path"] = {{"places", evaluation.path->places}, {"not_free", evaluation.path->not_free}};
+  }
   json["remarks"] = evaluation.remarks;
   io::write_atomically(file, json.dump(1) + "\n");
 }

@@ -8,6 +8,7 @@ namespace lamina::raster {
 namespace {
 
 constexpr float kFar = 1e6F;
+constexpr double kAstride = 0.1;  // m: where edges lie is known to this
 
 bool inside(int i, int j) { return i >= 0 && j >= 0 && i < kSide && j < kSide; }
 
@@ -72,7 +73,7 @@ bool fills(const Support& s, int i, int j, const Canvas& canvas) {
 }
 
 void fill_outline(const std::vector<Eigen::Vector2d>& outline, const Incline& incline,
-                  std::int32_t source, Canvas& canvas) {
+                  const LocalOffsets::Offset& offset, std::int32_t source, Canvas& canvas) {
   const double r = canvas.options.resolution;
   std::vector<double> xs;
   for (int j = 0; j < kSide; ++j) {
@@ -92,6 +93,8 @@ void fill_outline(const std::vector<Eigen::Vector2d>& outline, const Incline& in
         s.cell = cell_in(i, j);
         s.source = source;
         s.reach = Support::kPlaneReach;
+        s.height += static_cast<float>(offset.mean);
+        s.variance = static_cast<float>(offset.predictive(static_cast<double>(s.variance)));
         if (fills(s, i, j, canvas)) canvas.supports.push_back(s);
       }
     }
@@ -190,9 +193,33 @@ void DiscDistance::spread(float low, float high) {
   if (walls_) {
     walked_ = distance_;
     walked_height_ = height_;
+    leave_out_astride(low, high);
     spread(walked_, walked_height_, low, high, true);
   }
   spread(distance_, height_, low, high, false);
+}
+
+// A disc beside a wall may lie astride it: its evidence is from one side, nobody knows which.
+// Nothing starts from there.
+void DiscDistance::leave_out_astride(float low, float high) {
+  const int reach = std::max(1, static_cast<int>(std::lround(kAstride / resolution_)));
+  for (int j = 0; j < side_; ++j) {
+    for (int i = 0; i < side_; ++i) {
+      const auto wall = static_cast<std::size_t>(j * side_ + i);
+      if (wall_high_[wall] < wall_low_[wall]) continue;
+      for (int v = std::max(0, j - reach); v <= std::min(side_ - 1, j + reach); ++v) {
+        for (int u = std::max(0, i - reach); u <= std::min(side_ - 1, i + reach); ++u) {
+          const auto k = static_cast<std::size_t>(v * side_ + u);
+          if (stands(wall, height_[k], low, high)) walked_[k] = kFar;
+        }
+      }
+    }
+  }
+}
+
+bool DiscDistance::stands(std::size_t wall, float floor, float low, float high) const {
+  return wall_high_[wall] > floor + low && wall_low_[wall] < floor + high &&
+         wall_high_[wall] >= wall_low_[wall];
 }
 
 void DiscDistance::spread(std::vector<float>& distance, std::vector<float>& height, float low,
@@ -202,8 +229,7 @@ void DiscDistance::spread(std::vector<float>& distance, std::vector<float>& heig
     const auto t = static_cast<std::size_t>(to), f = static_cast<std::size_t>(from);
     if (distance[f] + step >= distance[t]) return;
     // From a wall nothing goes on.
-    if (walls && wall_high_[f] > height[f] + low && wall_low_[f] < height[f] + high &&
-        wall_high_[f] >= wall_low_[f]) {
+    if (walls && stands(f, height[f], low, high)) {
       return;
     }
     distance[t] = distance[f] + step;
@@ -276,7 +302,9 @@ void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas) {
   }
 }
 
-double wall_reach(const RasterOptions& options) { return options.plane_gap + options.resolution; }
+double wall_reach(const RasterOptions& options) {
+  return options.plane_gap + options.resolution + kAstride;
+}
 
 void draw_walls(const MapPlane& plane, Canvas& canvas) {
   for (const std::vector<Eigen::Vector3d>& outline : plane.outlines_map) {
@@ -287,11 +315,12 @@ void draw_walls(const MapPlane& plane, Canvas& canvas) {
 void draw_floor(const MapPlane& plane, std::int32_t index, Canvas& canvas) {
   const Eigen::Vector3d& n = plane.plane_map.normal();
   const Incline incline(plane.centroid_map, n, plane.covariance);
+  const LocalOffsets::Offset offset = canvas.offsets.of(plane);
   for (const std::vector<Eigen::Vector3d>& outline : plane.outlines_map) {
     if (outline.empty()) continue;
     std::vector<Eigen::Vector2d> flat;
     for (const Eigen::Vector3d& p : outline) flat.push_back(p.head<2>());
-    fill_outline(flat, incline, 2 * index + 1, canvas);
+    fill_outline(flat, incline, offset, 2 * index + 1, canvas);
     if (n.z() < 0) trace_outline(outline, canvas);
   }
 }

@@ -29,16 +29,45 @@ class DiscDistance {
   int margin_, side_;
   void spread(std::vector<float>& distance, std::vector<float>& height, float low, float high,
               bool walls) const;
+  void leave_out_astride(float low, float high);
+  bool stands(std::size_t wall, float floor, float low, float high) const;
   std::vector<float> distance_, height_;  // cells
   std::vector<float> walked_, walked_height_;
   std::vector<float> wall_low_, wall_high_;  // m, map z; none: high below low
   bool walls_ = false;
 };
 
+/// How well planes tell the floor around a tile, by their own surfels there. A plane's covariance
+/// holds all that its poses leave open; where it lies by its surfels is known better, and a plane's
+/// fill meets them as neighbours.
+///
+/// Heights of a plane's surfels above it are normal with unknown mean and variance; the plane's own
+/// covariance counts as one surfel more, at zero. The fill is what they predict of one more. Median
+/// and median deviation tell them, so that a low platform that has no plane of its own is left out.
+class LocalOffsets {
+ public:
+  void add(const Surfel& surfel) { surfels_.push_back(&surfel); }
+  /// Once all are added.
+  void sort();
+  struct Offset {
+    double mean = 0, squares = 0;  ///< m; m^2, about the mean
+    double count = 1;              ///< the plane itself too
+    /// Of a place where the plane alone has `variance` (m^2).
+    double predictive(double variance) const {
+      return (variance + squares) / count * (count > 1 ? 1 + 1 / count : 1);
+    }
+  };
+  Offset of(const MapPlane& plane) const;
+
+ private:
+  std::vector<const Surfel*> surfels_;  // ascending by parent
+};
+
 struct Canvas {
   Tile& tile;
   const RasterOptions& options;
   DiscDistance discs;
+  LocalOffsets offsets;
   std::vector<Support> supports;
 
   Eigen::Vector2d center(int i, int j) const {

@@ -177,10 +177,13 @@ void join_cells(int a, int b, const RasterOptions& options, const Tile& tile, Co
 void draw_evidence(const PlanarMap& map, const RasterOptions& options, Tile& tile) {
   tile.flags.fill(0);
   tile.obstacles.clear();
-  Canvas canvas{tile, options, DiscDistance(options.resolution, options.plane_ring), {}};
+  Canvas canvas{tile, options, DiscDistance(options.resolution, options.plane_ring), {}, {}};
   for (const std::int32_t k : tile.surfels) {
-    draw_disc(map.surfels[static_cast<std::size_t>(k)], k, canvas);
+    const Surfel& surfel = map.surfels[static_cast<std::size_t>(k)];
+    draw_disc(surfel, k, canvas);
+    if (surfel.parent_plane >= 0) canvas.offsets.add(surfel);
   }
+  canvas.offsets.sort();
   bool floors = false;
   for (const std::int32_t k : tile.planes) {
     const MapPlane& plane = map.planes[static_cast<std::size_t>(k)];

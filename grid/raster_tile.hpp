@@ -152,7 +152,8 @@ struct Neighbourhood {
     return &tile->sites[v % kSide * kSide + u % kSide];
   }
 };
-/// 4: the layers of one cell of the middle tile.
-NavigabilityCell verdict(const Neighbourhood& around, int i, int j, const RasterOptions& options);
+/// 4: the layers of one cell of the middle tile, and what keeps it from a verdict.
+NavigabilityCell verdict(const Neighbourhood& around, int i, int j, const RasterOptions& options,
+                         Doubt* doubt = nullptr);
 
 }  // namespace lamina::raster

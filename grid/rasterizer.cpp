@@ -36,6 +36,7 @@ struct Rasterizer::State {
   void choose_again(Tile& tile);
   void judge();
   void judge(const TileKey& key, int i0, int j0, int i1, int j1);
+  Neighbourhood neighbourhood(const TileKey& key) const;
   void write(const CellIndex& c, const NavigabilityCell& cell);
 };
 
@@ -200,13 +201,18 @@ void Rasterizer::State::write(const CellIndex& c, const NavigabilityCell& cell) 
   }
 }
 
-void Rasterizer::State::judge(const TileKey& key, int i0, int j0, int i1, int j1) {
+Neighbourhood Rasterizer::State::neighbourhood(const TileKey& key) const {
   Neighbourhood around;
   for (int dj = -1; dj <= 1; ++dj) {
     for (int di = -1; di <= 1; ++di) {
       around.tiles[static_cast<std::size_t>(3 * (dj + 1) + di + 1)] = tile_at(key, di, dj);
     }
   }
+  return around;
+}
+
+void Rasterizer::State::judge(const TileKey& key, int i0, int j0, int i1, int j1) {
+  const Neighbourhood around = neighbourhood(key);
   const CellIndex first{key.second * kSide, key.first * kSide};
   for (int j = j0; j < j1; ++j) {
     for (int i = i0; i < i1; ++i) {
@@ -282,6 +288,14 @@ void Rasterizer::update(const PlanarMap& map, const RasterChanges& changes) {
 const NavigabilityGrid& Rasterizer::grid() const { return state_->grid; }
 NavigabilityGrid Rasterizer::take_grid() && { return std::move(state_->grid); }
 std::size_t Rasterizer::tiles_drawn() const { return state_->drawn; }
+Doubt Rasterizer::doubt(const CellIndex& cell) const {
+  const auto tile = [](std::int32_t x) { return (x - (x < 0 ? kSide - 1 : 0)) / kSide; };
+  const TileKey key{tile(cell.j), tile(cell.i)};
+  Doubt doubt = Doubt::kNotSeen;
+  verdict(state_->neighbourhood(key), cell.i - key.second * kSide, cell.j - key.first * kSide,
+          state_->options, &doubt);
+  return doubt;
+}
 bool Rasterizer::floor_seen() const { return state_->floor_seen; }
 
 NavigabilityGrid rasterize(const PlanarMap& map, const RasterOptions& options) {

@@ -48,6 +48,17 @@ struct RasterChanges {
   std::vector<std::size_t> surfels, planes, edges, loose_points;
 };
 
+/// What keeps a cell from being called free or blocked.
+enum class Doubt {
+  kNone,              ///< it is called one of the two
+  kNotSeen,           ///< no surface and nothing solid
+  kEdge,              ///< an end of knowledge is marked there
+  kNeighbourNotSeen,  ///< a cell beside it was not seen
+  kStep,              ///< the height of a cell beside it, or its own, is not sure enough
+  kSlope,             ///< its slope is not
+  kSqueezed,          ///< between solid things
+};
+
 /// Draws a map and redraws only what changed (docs/grid.md explains the rules).
 ///
 /// The grid after any sequence of updates is the same, bit for bit, as one drawn from scratch from
@@ -71,7 +82,8 @@ class Rasterizer {
   const NavigabilityGrid& grid() const;
   NavigabilityGrid take_grid() &&;
   std::size_t tiles_drawn() const;  ///< of the last update, of 32 x 32 cells
-  bool floor_seen() const;          ///< false: no surface at all in the map, only obstacles
+  Doubt doubt(const CellIndex& cell) const;
+  bool floor_seen() const;  ///< false: no surface at all in the map, only obstacles
 
  private:
   struct State;

@@ -6,9 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <fstream>
+#include <sstream>
+#include <string>
 
 #include <lamina/io/atomic_file.hpp>
 #include <lamina/io/image_files.hpp>
+#include <lamina/models/error.hpp>
 
 namespace lamina::io {
 namespace {
@@ -74,6 +78,24 @@ void write_path_csv(const std::filesystem::path& file,
   std::string text = "x,y\n";
   for (const Eigen::Vector2d& p : path_map) text += fmt::format("{:.4f},{:.4f}\n", p.x(), p.y());
   write_atomically(file, text);
+}
+
+std::vector<Eigen::Vector2d> read_path_csv(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  if (!in) throw Error(file.string() + ": cannot be read, expected a planned path");
+  std::vector<Eigen::Vector2d> path;
+  std::string line;
+  std::getline(in, line);
+  for (int number = 2; std::getline(in, line); ++number) {
+    std::istringstream text(line);
+    Eigen::Vector2d p;
+    char comma = 0;
+    if (!(text >> p.x() >> comma >> p.y()) || comma != ',') {
+      throw Error(fmt::format("{}:{}: found '{}', expected x,y", file.string(), number, line));
+    }
+    path.push_back(p);
+  }
+  return path;
 }
 
 void write_path_png(const std::filesystem::path& file, const NavigabilityGrid& grid,

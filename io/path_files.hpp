@@ -12,6 +12,9 @@ namespace lamina::io {
 void write_path_csv(const std::filesystem::path& file,
                     const std::vector<Eigen::Vector2d>& path_map);
 
+/// Back again; throws lamina::Error naming file and line.
+std::vector<Eigen::Vector2d> read_path_csv(const std::filesystem::path& file);
+
 /// The grid from above, x to the right and y up, at least 400 pixels wide or high where that takes
 /// at most 16 pixels a cell: black blocked to white level floor, grey-blue unknown; the path in
 /// red, its start green, its goal blue. A path of two points that are no path (start and goal of a

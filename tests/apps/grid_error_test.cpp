@@ -1,6 +1,8 @@
 // What counts as falsely free and falsely blocked, on small literal grids.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <lamina/apps/grid_error.hpp>
 
 namespace lamina::apps {
@@ -53,8 +55,43 @@ TEST(GridErrors, FalselyBlockedCountsOnFlatFloorAwayFromEdges) {
   EXPECT_EQ(e.blocked_edges, 1);
   EXPECT_EQ(e.false_blocked, 1);
   EXPECT_EQ(e.unknown_flat, 1);
+  EXPECT_EQ(e.unknown_ends, 0);
   // Two cells at the border of the truth and those around the obstacle are no flat floor.
   EXPECT_EQ(e.flat_floor, (kSide - 4) * (kSide - 4) - 25);
+}
+
+TEST(GridErrors, UnknownBesideWhatNobodySawIsCountedApart) {
+  NavigabilityGrid truth = ground(), map = ground();
+  map.at_or_new({10, 10}).navigability = NavigabilityCell::kUnknown;
+  map.at_or_new({20, 20}).navigability = NavigabilityCell::kUnknown;
+  map.at_or_new({21, 20}) = NavigabilityCell{};
+  const GridErrors e = grid_errors(map, truth);
+  EXPECT_EQ(e.unknown_flat, 2);
+  EXPECT_EQ(e.unknown_ends, 1);
+}
+
+TEST(GridErrors, HeightsNearThePathAreCountedApart) {
+  NavigabilityGrid truth(0.05), map(0.05);
+  for (int i = 0; i < 120; ++i) {
+    truth.at_or_new({i, 0}) = {0.0F, 0.0F, 1.0F, 1.0F};
+    map.at_or_new({i, 0}) = {i < 60 ? 0.001F : 0.003F, 0.0F, 1.0F, 1.0F};
+  }
+  Trajectory path;  // cells up to 2.975 m have it within 3 m
+  path.add(Timestamp::from_nanoseconds(0), SE3(SO3(), {0, 0.025, 0}));
+  const GridErrors e = grid_errors(map, truth, SE3(), path);
+  EXPECT_EQ(e.near_heights, 60);
+  EXPECT_NEAR(e.near_height_rms_m, 0.001, 1e-7);
+  EXPECT_NEAR(e.height_rms_m, std::sqrt(5.0) * 1e-3, 1e-7);
+  EXPECT_EQ(grid_errors(map, truth).near_heights, 0);
+}
+
+TEST(PathErrors, PlacesAndTheMiddlesBetweenAreLookedAt) {
+  NavigabilityGrid truth = ground();
+  EXPECT_EQ(path_errors({{0.5, 0.5}, {1.5, 0.5}}, truth).not_free, 0);
+  block(truth, 20, 10, 0.3F);  // 1.0 to 1.05 m: the middle
+  const PathErrors e = path_errors({{0.5, 0.5}, {1.5, 0.5}, {9, 9}}, truth);
+  EXPECT_EQ(e.places, 5);
+  EXPECT_EQ(e.not_free, 3);  // the middle, the place outside, and the middle on the way there
 }
 
 }  // namespace

@@ -99,6 +99,67 @@ TEST(Rasterizer, EqualsBruteForceOnRoughTerrain) {
   EXPECT_GT(blocked, 100);
 }
 
+// Far from the start poses leave a plane's height open by centimetres, but not where it lies by its
+// own surfels: a gap of theirs that the plane fills is no step.
+TEST(Rasterizer, AGapIsAsSureAsThePlanesOwnSurfelsAreLevelWithIt) {
+  const auto gap = [](int parent, double above, double rough) {
+    PlanarMap map;
+    test::add_path(map, {-1, 0, above}, {1, 0, above});
+    int k = 0;
+    test::add_floor(
+        map, {-1, -0.6}, {1, 0.6}, [&](double, double) { return above; }, 0.001);
+    for (Surfel& s : map.surfels) {
+      s.parent_plane = parent;
+      s.center.z() += ++k % 2 == 0 ? rough : -rough;
+    }
+    std::erase_if(map.surfels, [](const Surfel& s) {
+      return (s.center.head<2>() - Eigen::Vector2d(0.05, 0.05)).norm() < 0.01;
+    });
+    test::add_plate(map, {-1, -0.6}, {1, 0.6}, 0, true);
+    map.planes[0].covariance(2, 2) = 0.02 * 0.02;
+    return test::at(rasterize(map), 0.025, 0.025);
+  };
+  EXPECT_FALSE(gap(-1, 0, 0).known());
+  EXPECT_EQ(gap(0, 0, 0).navigability, 1.0F);
+  EXPECT_GT(gap(0, 0, 0).confidence, 0.95F);
+  // Its surfels lie 1 cm above it: so does what fills their gap.
+  EXPECT_GT(gap(0, 0.01, 0).navigability, 0.9F);
+  EXPECT_NEAR(gap(0, 0.01, 0).height, 0.01, 1e-4);
+  // They say nothing sure where they scatter as much themselves.
+  EXPECT_FALSE(gap(0, 0, 0.009).known());
+}
+
+// The last disc before a wall reaches through it: behind there is nothing but the plane's outline.
+TEST(Rasterizer, NothingIsFilledFromADiscAstrideAWall) {
+  PlanarMap map;
+  test::add_path(map, {-1, 0, 0}, {-0.5, 0, 0});
+  test::add_floor(map, {-1, -0.5}, {0.1, 0.5}, [](double, double) { return 0.0; });
+  test::add_plate(map, {-1, -0.5}, {1, 0.5}, 0, true);
+  const auto behind = [&] { return test::at(rasterize(map), 0.175, 0.025); };
+  EXPECT_EQ(behind().height, 0.0F) << "a gap of the floor";
+  test::add_wall(map, {0.02, -1}, {0.02, 1}, 0, 1);
+  EXPECT_TRUE(std::isnan(behind().height)) << "behind a wall";
+  EXPECT_FALSE(behind().known());
+  EXPECT_EQ(test::at(rasterize(map), -0.075, 0.025).navigability, 1.0F) << "before it";
+}
+
+TEST(Rasterizer, SaysWhatKeepsACellFromAVerdict) {
+  PlanarMap map;
+  test::add_path(map, {-1, 0, 0}, {1, 0, 0});
+  test::add_floor(map, {-1, -0.5}, {0, 0.5}, [](double, double) { return 0.0; });
+  test::add_floor(
+      map, {0, -0.5}, {1, 0.5}, [](double, double) { return 0.0; }, 0.012);
+  test::add_wall(map, {-0.5, -0.3}, {-0.5, 0.3}, 0, 1);
+  Rasterizer rasterizer;
+  rasterizer.update(map);
+  const auto doubt = [&](double x, double y) { return rasterizer.doubt(cell_of({x, y}, 0.05)); };
+  EXPECT_EQ(doubt(-0.225, 0.025), Doubt::kNone);
+  EXPECT_EQ(doubt(-0.5, 0.025), Doubt::kNone);  // the wall: blocked is a verdict
+  EXPECT_EQ(doubt(-0.225, 0.475), Doubt::kNeighbourNotSeen);
+  EXPECT_EQ(doubt(0.525, 0.025), Doubt::kStep);
+  EXPECT_EQ(doubt(5, 5), Doubt::kNotSeen);
+}
+
 TEST(Rasterizer, UncertainStepsAreNeitherFreeNorBlocked) {
   const auto middle = [](double sigma) {
     PlanarMap map;

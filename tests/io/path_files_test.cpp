@@ -8,6 +8,7 @@
 
 #include <lamina/io/path_files.hpp>
 #include <lamina/io/terrain_files.hpp>
+#include <lamina/models/error.hpp>
 
 namespace lamina::io {
 namespace {
@@ -45,6 +46,11 @@ NavigabilityGrid two_by_two() {
 TEST_F(PathFiles, CsvHasALineAPoint) {
   write_path_csv(folder_ / "path.csv", {{0.025, -1}, {1.5, 2.00004}});
   EXPECT_EQ(content("path.csv"), "x,y\n0.0250,-1.0000\n1.5000,2.0000\n");
+  const auto back = read_path_csv(folder_ / "path.csv");
+  ASSERT_EQ(back.size(), 2U);
+  EXPECT_EQ(back[0], Eigen::Vector2d(0.025, -1));
+  std::ofstream(folder_ / "path.csv") << "x,y\n1,2\n3;4\n";
+  EXPECT_THROW(read_path_csv(folder_ / "path.csv"), Error);
 }
 
 TEST_F(PathFiles, PictureIsAPngOfTheScaledGrid) {
