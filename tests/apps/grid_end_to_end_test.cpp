@@ -64,26 +64,6 @@ TEST(GridEndToEnd, APathRoundATableNeverLeavesTrulyFreeGround) {
   expect_truly_free(drive, plan_path(drive.grid, {0, -1.5}, {0, 1.5}));
 }
 
-TEST(GridEndToEnd, PathsFromRoomToRoomGoThroughTheDoors) {
-  const Drive drive("office", {{"office.rooms_per_side", "2"}, {"path.speed", "1.0"}}, 0);
-  const auto evaluated = evaluate(drive.folder / "map", drive.folder / "data");
-  ASSERT_TRUE(evaluated.grid);
-  EXPECT_EQ(evaluated.grid->false_free_pits, 0);
-  EXPECT_LE(evaluated.grid->false_free_share, 0.001);
-  EXPECT_LE(evaluated.grid->false_blocked_share, 0.01);
-  EXPECT_LE(evaluated.grid->unknown_share, 0.03);
-  // One place in each room, and both ends of the corridor.
-  const std::vector<Eigen::Vector2d> places = {{1.75, 3}, {1.4, -3}, {6.65, 3},
-                                               {6.3, -3}, {0.9, 0},  {7.5, 0}};
-  for (std::size_t a = 0; a < places.size(); ++a) {
-    for (std::size_t b = a + 1; b < places.size(); ++b) {
-      SCOPED_TRACE(::testing::Message()
-                   << places[a].transpose() << " to " << places[b].transpose());
-      expect_truly_free(drive, plan_path(drive.grid, places[a], places[b]));
-    }
-  }
-}
-
 TEST(GridEndToEnd, APathAcrossAHoleGoesRoundIt) {
   const Drive drive("hole",
                     {{"camera.height_m", "0.8"},
