@@ -118,7 +118,7 @@ async function expectPlan(page, planes, name) {
 async function expectGrids(page, name) {
   const tabs = await page.$$eval('#tabs [role=tab]', (all) => all.map((t) => t.textContent));
   expect(tabs.join() === 'navigability,height,slope,confidence,occupancy', `${name}: tabs ${tabs}`);
-  await page.locator('#tabs [role=tab]').first().focus();
+  await page.locator('#tabs [role=tab]').first().click();
   for (let i = 1; i < tabs.length; ++i) {
     await page.keyboard.press('ArrowRight');
     const chosen = await page.textContent('#tabs [aria-selected=true]');
