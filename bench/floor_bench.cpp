@@ -3,6 +3,8 @@
 //   floor_bench table1             heights of obstacles' tops: sections x sensors x distances, 20
 //   runs floor_bench real FOLDER        a recording's floor, frame by frame floor_bench picture
 //   SCENE|FOLDER INDEX FILE.ppm   labels as colours
+#include <lamina/frontend/floor/blocks.hpp>
+
 #include "floor_bench_scenes.hpp"
 
 namespace {
@@ -197,6 +199,48 @@ void bench_mounting() {
 }
 
 // ---------------------------------------------------------------------------------- recordings
+// Heights from disjoint halves of the floor's pixels: how much of their variation they share. What
+// both halves of a checkerboard do not share is noise; what left and right do not is distortion.
+struct Halves {
+  std::vector<double> a, b;
+
+  void add(const DisparityGeometry& g, const DisparitySums& first, const DisparitySums& second) {
+    const auto p = first.fit(), q = second.fit();
+    if (!p || !q || !g.plane(*p) || !g.plane(*q)) return;
+    a.push_back(-g.plane(*p)->rho());
+    b.push_back(-g.plane(*q)->rho());
+  }
+  void print(const char* name) const {
+    double ma = 0, mb = 0, difference = 0, shared = 0;
+    const double n = static_cast<double>(std::max<std::size_t>(1, a.size()));
+    for (std::size_t i = 0; i < a.size(); ++i) ma += a[i] / n, mb += b[i] / n;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      difference += std::pow((a[i] - ma) - (b[i] - mb), 2) / n;
+      shared += (a[i] - ma) * (b[i] - mb) / n;
+    }
+    std::printf(
+        "  %s: heights %.3f and %.3f m, sd of their difference %.1f mm, shared sd %.1f mm\n", name,
+        ma, mb, 1000 * std::sqrt(difference), 1000 * std::sqrt(std::max(0.0, shared)));
+  }
+};
+
+void add_halves(const FloorFrontend& frontend, const DepthFrame& f, const FloorResult& r,
+                Halves& checkerboard, Halves& sides) {
+  const DisparityImage& image = frontend.disparities();
+  const DisparityGeometry g = DisparityGeometry::of(f.camera);
+  DisparitySums board[2], side[2];
+  for (int v = 0; v < image.height; ++v) {
+    for (int u = 0; u < image.width; ++u) {
+      const double d = static_cast<double>(image.row(v)[u]);
+      if (!(d > 0) || r.plane_at(u, v, image.width) != r.dominant) continue;
+      board[(u / 16 + v / 16) % 2].add(u - g.cx, v - g.cy, d);
+      side[u > g.cx].add(u - g.cx, v - g.cy, d);
+    }
+  }
+  checkerboard.add(g, board[0], board[1]);
+  sides.add(g, side[0], side[1]);
+}
+
 void bench_real(const char* folder, bool verbose) {
   const auto recording = open_recording(folder);
   FloorFrontend frontend;
@@ -205,6 +249,7 @@ void bench_real(const char* folder, bool verbose) {
   std::map<std::string, int> status;
   int low = 0, planes = 0, frames = 0;
   double share = 0;
+  Halves checkerboard, sides;
   while (const auto m = recording->next()) {
     const DepthFrame* f = std::get_if<DepthFrame>(&*m);
     if (!f) continue;
@@ -215,6 +260,7 @@ void bench_real(const char* folder, bool verbose) {
     low += static_cast<int>(r.low_obstacles.size());
     planes += static_cast<int>(r.planes.size());
     if (r.floor_camera) {
+      add_halves(frontend, *f, r, checkerboard, sides);
       const Leveling l = leveling_of(f->camera.camera.T_body_camera, *r.floor_camera);
       heights.push_back(l.height);
       tilts.push_back(std::hypot(l.roll, l.pitch) / kDegree);
@@ -240,6 +286,8 @@ void bench_real(const char* folder, bool verbose) {
       "patches a frame %.2f\n",
       mean, 1000 * std::sqrt(var), quantile(tilts, 0), quantile(tilts, 1),
       share / std::max<std::size_t>(1, heights.size()), 1.0 * planes / frames, 1.0 * low / frames);
+  checkerboard.print("halves of a checkerboard");
+  sides.print("left and right half");
   print_times("  times", times);
 }
 
