@@ -43,6 +43,9 @@ class SegmentExtractor {
   struct Run {
     std::vector<std::pair<int, int>> parts;
     InverseRangeSums sums;
+    /// Covariance of (rho, theta), on top of the noise's, for not knowing at which beam the run
+    /// begins and ends where it meets another.
+    Eigen::Matrix2d doubt_begin = Eigen::Matrix2d::Zero(), doubt_end = Eigen::Matrix2d::Zero();
     int begin() const { return parts.front().first; }
     int end() const { return parts.back().second; }
   };
@@ -50,7 +53,8 @@ class SegmentExtractor {
   double threshold(int count) const;
   double merge_loss(const Run& a, const Run& b) const;
   bool contiguous(const Run& a, const Run& b) const;
-  int best_split(int begin, int end, double& gain) const;
+  int best_split(int begin, int end, const InverseRangeSums& before, const InverseRangeSums& after,
+                 double& gain) const;
   void split(int begin, int end);
   void merge_neighbours();
   void merge_seam();
@@ -58,6 +62,8 @@ class SegmentExtractor {
   void drop_debris();
   void refine_boundaries();
   void refine_boundary(Run& a, Run& b) const;
+  void doubt_boundary(Run& a, Run& b) const;
+  Eigen::Matrix2d hidden_corner(const Run& run) const;
   void bridge();
   bool can_bridge(const Run& a, const Run& b) const;
   bool seen_through(const InverseRangeSums& both, int from, int to) const;
