@@ -38,26 +38,6 @@ NavigabilityGrid true_grid(const sim::TruthGrid& truth) {
   return grid;
 }
 
-// The mean rotation and offset over whole poses: an alignment that a straight path determines, too.
-SE3 align_poses(const Trajectory& estimate, const Trajectory& reference) {
-  Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-  std::optional<Eigen::Vector4d> first;
-  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> pairs;
-  for (const auto& [stamp, pose] : estimate) {
-    const auto truth = reference.at(stamp, 0.5);
-    if (!truth) continue;
-    const Eigen::Vector4d q = (truth->so3() * pose.so3().inverse()).quaternion().coeffs();
-    if (!first) first = q;
-    sum += q.dot(*first) < 0 ? Eigen::Vector4d(-q) : q;
-    pairs.emplace_back(truth->translation(), pose.translation());
-  }
-  if (pairs.empty()) return SE3();
-  const SO3 R{Eigen::Quaterniond(sum)};
-  Eigen::Vector3d t = Eigen::Vector3d::Zero();
-  for (const auto& [a, b] : pairs) t += (a - R * b) / static_cast<double>(pairs.size());
-  return SE3(R, t);
-}
-
 void compare_with_simulation(const fs::path& map, const sim::Truth& truth,
                              const Trajectory& path_map, const SE3& T_reference_map,
                              Evaluation& evaluation) {
@@ -77,6 +57,25 @@ void compare_with_simulation(const fs::path& map, const sim::Truth& truth,
 }
 
 }  // namespace
+
+SE3 align_poses(const Trajectory& estimate, const Trajectory& reference) {
+  Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+  std::optional<Eigen::Vector4d> first;
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> pairs;
+  for (const auto& [stamp, pose] : estimate) {
+    const auto truth = reference.at(stamp, 0.5);
+    if (!truth) continue;
+    const Eigen::Vector4d q = (truth->so3() * pose.so3().inverse()).quaternion().coeffs();
+    if (!first) first = q;
+    sum += q.dot(*first) < 0 ? Eigen::Vector4d(-q) : q;
+    pairs.emplace_back(truth->translation(), pose.translation());
+  }
+  if (pairs.empty()) return SE3();
+  const SO3 R{Eigen::Quaterniond(sum)};
+  Eigen::Vector3d t = Eigen::Vector3d::Zero();
+  for (const auto& [a, b] : pairs) t += (a - R * b) / static_cast<double>(pairs.size());
+  return SE3(R, t);
+}
 
 Evaluation evaluate(const fs::path& map, const fs::path& truth) {
   Evaluation evaluation;

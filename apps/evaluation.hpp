@@ -29,6 +29,10 @@ struct EvaluationLimits {
 /// TUM file. Throws lamina::Error when a file is absent or damaged, or nothing can be compared.
 Evaluation evaluate(const std::filesystem::path& map, const std::filesystem::path& truth);
 
+/// T_reference_map by the mean rotation and offset over whole poses: an alignment that a straight
+/// path determines, too. Identity when no stamps meet.
+SE3 align_poses(const Trajectory& estimate, const Trajectory& reference);
+
 std::string to_text(const Evaluation& evaluation);
 void write_evaluation(const std::filesystem::path& file, const Evaluation& evaluation);
 /// One line for each limit that is exceeded or cannot be checked.

@@ -31,6 +31,16 @@ Matrix6d any_motion() {
   return variances.asDiagonal();
 }
 
+// Odometry that leapt away from the motion that what was seen bears out: by how much is not known,
+// which way is. Position and attitude may have leapt apart. `leap` in the scanner's tangent.
+Matrix6d leap_of_unknown_size(const Vector6d& leap, const SE3& T_body_lidar) {
+  const Vector6d body = T_body_lidar.adjoint() * leap;
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.topLeftCorner<3, 3>() = body.head<3>() * body.head<3>().transpose();
+  covariance.bottomRightCorner<3, 3>() = body.tail<3>() * body.tail<3>().transpose();
+  return covariance;
+}
+
 bool is_level(const SE3& T_body_lidar, double max_tilt) {
   const Eigen::Vector3d z_body = T_body_lidar.so3() * Eigen::Vector3d::UnitZ();
   return std::abs(z_body.z()) >= std::cos(max_tilt);
@@ -179,8 +189,9 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& scan, io::Metrics& m
   if (step.tracking_lost) motion.covariance += carried_away();
   if (!level && guess && segments_.tracker().contradicted()) {
     ++skipped_["odometry that every scan line contradicts"];
-    motion.covariance += any_motion();
-    step.tracking_lost = true;
+    const std::optional<Vector6d>& leap = segments_.tracker().leap();
+    motion.covariance += leap ? leap_of_unknown_size(*leap, scan.lidar.T_body_lidar) : any_motion();
+    step.tracking_lost = !leap;
   }
   step.motion = advance(T_start_body, held_level(motion.covariance), scan.stamp);
   step.motion_known =

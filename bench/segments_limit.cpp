@@ -1,6 +1,6 @@
 // How well planes can be known from a scanner's scans at all: one batch over a simulated scene with
 // the true associations and the odometry noise the scene states, against which a map is judged.
-//   segments_limit [SCENE] [SEEDS]      default: flyover 5
+//   segments_limit [SCENE [SEEDS [KEY=VALUE...]]]      default: flyover 5; keys: docs/simulator.md
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -25,18 +25,24 @@ struct Setup {
   const char* name;
   double surface_sigma_m, surface_sigma_deg;  // what walls are allowed to be off a plane
   bool from_odometry;                         // start: dead reckoning, or the truth
+  bool robust;                                // observations may be doubted
 };
 
 // The mapper's own allowances for walls that are no planes stand in AssociationOptions.
-const Setup kSetups[] = {{"sensor noise alone, from the truth", 0, 0, false},
-                         {"sensor noise alone, from dead reckoning", 0, 0, true},
-                         {"the mapper's surface noise, from dead reckoning", 0.004, 0.2, true}};
+const Setup kSetups[] = {
+    {"sensor noise alone, from the truth", 0, 0, false, false},
+    {"sensor noise alone, from dead reckoning", 0, 0, true, false},
+    {"the same, observations doubted", 0, 0, true, true},
+    {"the mapper's surface noise, from dead reckoning", 0.004, 0.2, true, false},
+    {"the same, observations doubted", 0.004, 0.2, true, true}};
 
 struct Errors {
   double ate = 0;
   std::vector<double> rho, angle;
   int iterations = 0;
   bool converged = false;
+  double misfit = 0;         // chi-squared of the views over their degrees of freedom
+  std::size_t rejected = 0;  // views
 };
 
 struct View {
@@ -64,8 +70,8 @@ int plane_of(const ScanSegment& s, const std::vector<int>& planes) {
   return -1;
 }
 
-Data measure(const std::string& scene, std::uint64_t seed) {
-  sim::World world = sim::make_scene(scene);
+Data measure(const std::string& scene, const sim::Parameters& parameters, std::uint64_t seed) {
+  sim::World world = sim::make_scene(scene, parameters);
   world.rig.depth.reset();
   world.rig.stereo.reset();
   sim::Simulation simulation(std::move(world), seed);
@@ -161,11 +167,16 @@ Errors solve(const Data& data, const Setup& setup) {
   std::map<int, PlaneId> ids;
   Graph graph = build(data, setup, ids);
   RefineOptions options;
-  options.robust = false;
+  options.robust = setup.robust;
   const RefineResult result = refine(graph, options);
   Errors errors;
   errors.iterations = result.iterations;
   errors.converged = result.status == SolveStatus::kConverged;
+  errors.rejected = result.rejected.size();
+  for (const CostChange& cost : result.costs) {
+    if (cost.type != FactorType::kPlaneMoments) continue;
+    errors.misfit = cost.after / (2 * static_cast<double>(cost.factors - errors.rejected));
+  }
   const SE3 T_truth_map = aligned(graph, data.truth);
   for (std::size_t i = 0; i < data.truth.size(); ++i) {
     errors.ate +=
@@ -201,20 +212,26 @@ double mean(const std::vector<double>& v) {
 int main(int argc, char** argv) {
   const std::string scene = argc > 1 ? argv[1] : "flyover";
   const int seeds = argc > 2 ? std::atoi(argv[2]) : 5;
+  sim::Parameters parameters;
+  for (int i = 3; i < argc; ++i) {
+    const std::string word = argv[i];
+    const std::size_t split = std::min(word.find('='), word.size() - 1);
+    parameters[word.substr(0, split)] = word.substr(split + 1);
+  }
   try {
     std::printf("%s: a batch with true associations; poses aligned with the truth\n",
                 scene.c_str());
     for (int seed = 1; seed <= seeds; ++seed) {
-      const Data data = measure(scene, static_cast<std::uint64_t>(seed));
+      const Data data = measure(scene, parameters, static_cast<std::uint64_t>(seed));
       for (const Setup& setup : kSetups) {
         const Errors e = solve(data, setup);
         std::printf(
             "seed %d  %-48s %2zu planes: distance mean %.4f max %.4f m, angle mean %.3f max %.3f "
-            "degrees, ATE %.4f m, %s after %d\n",
+            "degrees, ATE %.4f m, %s after %d, chi-squared %.2f, %zu rejected\n",
             seed, setup.name, e.rho.size(), mean(e.rho),
             *std::max_element(e.rho.begin(), e.rho.end()), mean(e.angle),
             *std::max_element(e.angle.begin(), e.angle.end()), e.ate,
-            e.converged ? "converged" : "not converged", e.iterations);
+            e.converged ? "converged" : "not converged", e.iterations, e.misfit, e.rejected);
       }
     }
   } catch (const Error& error) {

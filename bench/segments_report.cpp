@@ -1,5 +1,7 @@
 // What the segment front-end makes of a recording, in figures and a picture.
-//   segments_report INPUT [PICTURE.svg]      INPUT: a recording, or sim:NAME[,seed]
+//   segments_report INPUT [PICTURE.svg [TRAJECTORY.txt]]      INPUT: a recording, or
+//   sim:NAME[,seed]
+// The picture is drawn along TRAJECTORY (of a map), or along odometry.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -9,6 +11,7 @@
 
 #include <lamina/frontend/segments/segment_frontend.hpp>
 #include <lamina/models/error.hpp>
+#include <lamina/models/trajectory.hpp>
 #include <lamina/sensors/odometry_track.hpp>
 #include <lamina/sensors/recording.hpp>
 #include <lamina/sim/sim_recording.hpp>
@@ -137,20 +140,19 @@ std::string colour(std::int64_t track) {
   return "hsl(" + std::to_string((track * 137) % 360) + ",75%,42%)";
 }
 
-// Top view in the odometry frame: segments by track, loose points, the path.
+// Top view: segments by track, the path.
 class Picture {
  public:
-  void add(const Observations& out, const SE3& T_odom_body, bool points) {
+  void add(const Observations& out, const SE3& T_odom_body) {
     path_.push_back(T_odom_body.translation());
     for (const SegmentObservation& s : out.segments) {
       const SE3 T = T_odom_body * out.T_body_sensor;
       lines_.push_back({T * Eigen::Vector3d(s.segment.start.x(), s.segment.start.y(), 0),
                         T * Eigen::Vector3d(s.segment.end.x(), s.segment.end.y(), 0), s.track});
     }
-    if (!points) return;
-    for (const Eigen::Vector3d& p : out.obstacle_points_body) points_.push_back(T_odom_body * p);
   }
   void write(const std::string& file) const {
+    constexpr std::size_t kMostLines = 4000, kMostPoses = 1000;
     Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
     for (const Line& line : lines_) {
       low = low.cwiseMin(line.a.head<2>()).cwiseMin(line.b.head<2>());
@@ -162,22 +164,21 @@ class Picture {
     out << "<svg xmlns='http://www.w3.org/2000/svg' width='" << int(size.x()) + 20 << "' height='"
         << int(size.y()) + 20 << "'><rect width='100%' height='100%' fill='white'/>\n";
     char text[256];
-    const auto x = [&](const Eigen::Vector3d& p) { return 10 + (p.x() - low.x()) * scale; };
-    const auto y = [&](const Eigen::Vector3d& p) { return 10 + (high.y() - p.y()) * scale; };
-    for (const Eigen::Vector3d& p : points_) {
-      std::snprintf(text, sizeof text,
-                    "<rect x='%.1f' y='%.1f' width='1' height='1' fill='#ccc'/>\n", x(p), y(p));
-      out << text;
+    const auto x = [&](const Eigen::Vector3d& p) { return int(10 + (p.x() - low.x()) * scale); };
+    const auto y = [&](const Eigen::Vector3d& p) { return int(10 + (high.y() - p.y()) * scale); };
+    std::map<std::string, std::string> by_colour;  // small files: one path a colour, whole pixels
+    const std::size_t every = 1 + lines_.size() / kMostLines;
+    for (std::size_t i = 0; i < lines_.size(); i += every) {
+      const Line& line = lines_[i];
+      std::snprintf(text, sizeof text, "M%d %dL%d %d", x(line.a), y(line.a), x(line.b), y(line.b));
+      by_colour[colour(line.track)] += text;
     }
-    for (const Line& line : lines_) {
-      std::snprintf(text, sizeof text,
-                    "<path d='M%.1f %.1fL%.1f %.1f' stroke='%s' stroke-opacity='.5'/>\n", x(line.a),
-                    y(line.a), x(line.b), y(line.b), colour(line.track).c_str());
-      out << text;
+    for (const auto& [stroke, path] : by_colour) {
+      out << "<path d='" << path << "' stroke='" << stroke << "' stroke-opacity='.6'/>\n";
     }
     out << "<polyline fill='none' stroke='black' points='";
-    for (const Eigen::Vector3d& p : path_) {
-      std::snprintf(text, sizeof text, "%.1f,%.1f ", x(p), y(p));
+    for (std::size_t i = 0; i < path_.size(); i += 1 + path_.size() / kMostPoses) {
+      std::snprintf(text, sizeof text, "%d,%d ", x(path_[i]), y(path_[i]));
       out << text;
     }
     out << "'/></svg>\n";
@@ -189,7 +190,7 @@ class Picture {
     std::int64_t track;
   };
   std::vector<Line> lines_;
-  std::vector<Eigen::Vector3d> points_, path_;
+  std::vector<Eigen::Vector3d> path_;
 };
 
 double quantile(std::vector<double> values, double q) {
@@ -198,7 +199,8 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1))];
 }
 
-int run(const std::string& name, const char* picture_file) {
+int run(const std::string& name, const char* picture_file, const char* path_file) {
+  const Trajectory path = path_file ? Trajectory::read_tum(path_file) : Trajectory();
   const Input input = read_input(name);
   TrackingOptions tracking;
   tracking.odometry = input.model;
@@ -230,7 +232,8 @@ int run(const std::string& name, const char* picture_file) {
       if (s.track >= 0) ++length[s.track];
     }
     if (!item.planes.empty()) truth.add(out, T_odom_last.value_or(SE3()), input, item);
-    if (k % stride == 0) picture.add(out, T_odom_last.value_or(SE3()), k % (4 * stride) == 0);
+    const std::optional<SE3> drawn = path.empty() ? T_odom_last : path.at(item.scan.stamp);
+    if (k % stride == 0 && drawn) picture.add(out, *drawn);
   }
   std::vector<double> lengths;
   for (const auto& [id, n] : length) lengths.push_back(n);
@@ -267,11 +270,12 @@ int run(const std::string& name, const char* picture_file) {
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fprintf(stderr, "usage: segments_report INPUT|sim:NAME[,SEED] [PICTURE.svg]\n");
+    std::fprintf(stderr,
+                 "usage: segments_report INPUT|sim:NAME[,SEED] [PICTURE.svg [TRAJECTORY.txt]]\n");
     return 2;
   }
   try {
-    return run(argv[1], argc > 2 ? argv[2] : nullptr);
+    return run(argv[1], argc > 2 ? argv[2] : nullptr, argc > 3 ? argv[3] : nullptr);
   } catch (const Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 2;

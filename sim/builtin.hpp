@@ -24,5 +24,6 @@ void build_flyover(Settings& s, World& world);
 void build_roof_ridge(Settings& s, World& world);
 void build_lost_altitude(Settings& s, World& world);
 void build_lost_roll(Settings& s, World& world);
+void build_side_laser(Settings& s, World& world);
 
 }  // namespace lamina::sim

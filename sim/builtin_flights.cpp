@@ -1,4 +1,5 @@
-// Built-in worlds seen from the air: flyover, roof_ridge, lost_altitude, lost_roll.
+// Built-in worlds for a scanner that is not level: flyover, roof_ridge, lost_altitude, lost_roll
+// from the air, side_laser on the ground.
 #include <cmath>
 
 #include <lamina/sim/builtin.hpp>
@@ -102,6 +103,43 @@ void build_roof_ridge(Settings& s, World& world) {
   world.scene.add_house("house", g);
   const double altitude = s.number("flight.altitude_m", 30), speed = s.number("flight.speed", 5);
   world.path = Path::drive({{0, 0, altitude}, {80, 0, altitude}}, speed, 0.3, sway_of(s, 0, 0, 0));
+}
+
+void build_side_laser(Settings& s, World& world) {
+  RigDefaults defaults;
+  defaults.depth = false;
+  defaults.lidar = true;
+  defaults.lidar_height = 0.6;
+  // The fan stands upright on the left, across the drive: angle 0 looks left, +90 degrees up.
+  defaults.lidar_yaw_deg = defaults.lidar_roll_deg = 90;
+  defaults.lidar_fov_deg = 180;
+  defaults.lidar_beams = 361;
+  defaults.odometry_rotation = 0.01;
+  world.rig = make_rig(s, defaults);
+  Scene& scene = world.scene;
+  scene.add_ground("ground", PlaneLabel::kFloor, {-40, -40, 70, 60}, 0);
+  // A court driven round clockwise, houses on all four sides of it.
+  const double yaws[] = {93, -2, 88, 1};
+  const Eigen::Vector2d centres[] = {{-11, 9}, {14, 29}, {39, 9}, {14, -11}};
+  for (int i = 0; i < 4; ++i) {
+    House house;
+    house.x = centres[i].x();
+    house.y = centres[i].y();
+    house.yaw_deg = yaws[i];
+    house.length = i % 2 == 0 ? 22 : 30;
+    house.eaves = 4 + 0.5 * i;
+    house.pitch_deg = 40;
+    scene.add_house("house" + std::to_string(i), house);
+  }
+  // Low walls, steps and a sloped bank before the facades.
+  const Eigen::Vector3d boxes[] = {{-4, 5, 0}, {-4, 13, 0}, {8, 22, 0}, {20, 21, 0}, {32, 6, 0}};
+  for (std::size_t i = 0; i < std::size(boxes); ++i) {
+    const SE3 T_map_box(SO3::rot_z(0.3 * static_cast<double>(i)), boxes[i]);
+    scene.add_box("box" + std::to_string(i), T_map_box, {2.5, 1.2, 0.5 + 0.3 * double(i)});
+  }
+  scene.add_ramp("bank", SE3(SO3::rot_z(-M_PI / 2), {14, -2, 0}), 2.5, 6, 1.2);
+  const double speed = s.number("drive.speed", 1);
+  world.path = Path::drive({{0, 0, 0}, {0, 18, 0}, {28, 18, 0}, {28, 0, 0}, {0, 0, 0}}, speed, 0.5);
 }
 
 void build_lost_altitude(Settings& s, World& world) {

@@ -41,6 +41,8 @@ constexpr Entry kScenes[] = {
      build_lost_altitude},
     {"lost_roll", "three good poses over level ground, then 22 degrees of roll error",
      build_lost_roll},
+    {"side_laser", "a court between houses driven round, an upright laser on the robot's left side",
+     build_side_laser},
     {"long_corridor", "an hour up and down a corridor; depth camera, lidar, wheels",
      build_long_corridor},
 };

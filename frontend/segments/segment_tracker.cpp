@@ -17,6 +17,10 @@ constexpr double kGapScale = 0.5;
 constexpr double kMaxLogTerm = 12;
 // A tilt is known once its sigma (of k) is below this: only then can a track be seen to bend.
 constexpr double kKnownTilt = 0.3;
+// A motion like the one before: its covariance so many times, and so much of each of its parts.
+constexpr double kSteadyFactor = 4, kChangeOfSpeed = 0.2;
+// Odometry leaps when it changes by so many sigmas: no manoeuvre.
+constexpr double kLeapSigmas = 10;
 
 // Extent of a track and a segment along the segment's line.
 struct Overlap {
@@ -53,28 +57,13 @@ std::vector<std::int64_t> SegmentTracker::update(const std::vector<ScanSegment>&
   }
   const std::vector<SegmentTrack> before = tracks_;
   predict(T_prev_curr_scanner.inverse(), motion_covariance);
-  std::vector<int> column = match(segments);
-  contradicted_ = false;
-  const auto held = std::count_if(before.begin(), before.end(), [](const SegmentTrack& track) {
-    return track.missed == 0 && track.observations >= track.needed;
-  });
-  // One line alone that is gone may have ended or bent: a ridge flown across.
-  constexpr int kLeastWitnesses = 3;
-  if (held >= kLeastWitnesses && !segments.empty() && lost(column) == held) {
-    std::vector<SegmentTrack> moved = tracks_;
-    tracks_ = before;
-    Vector6d sigma;
-    sigma << Eigen::Vector3d::Constant(options_.no_odometry_sigma_m),
-        Eigen::Vector3d::Constant(options_.no_odometry_sigma_rad);
-    predict(SE3(), sigma.cwiseAbs2().asDiagonal());
-    const std::vector<int> still = match(segments);
-    contradicted_ = 2 * lost(still) <= held;
-    if (contradicted_) {
-      column = still;
-    } else {
-      tracks_ = std::move(moved);
-    }
-  }
+  SE3 motion = T_prev_curr_scanner;
+  const double interval = last_stamp_ ? stamp - *last_stamp_ : 0;
+  const std::vector<int> column = doubt_motion(segments, before, match(segments), motion, interval);
+  last_motion_ = motion;
+  if (!leap_) last_covariance_ = motion_covariance;
+  last_interval_ = interval;
+  last_stamp_ = stamp;
   const std::size_t known = tracks_.size();
   std::vector<int> owner(segments.size(), -1);
   for (std::size_t t = 0; t < known; ++t) {
@@ -98,6 +87,65 @@ std::vector<std::int64_t> SegmentTracker::update(const std::vector<ScanSegment>&
   }
   retire(stamp);
   return ids;
+}
+
+// Where the motion given loses all that was held: does another one keep it? Going on as before may
+// be borne out by a single line, if what is given leaps away from it; standing still needs several,
+// for one line that is gone may have ended or bent. Leaves the tracks predicted by what it decides
+// for, and `T_prev_curr` that motion.
+std::vector<int> SegmentTracker::doubt_motion(const std::vector<ScanSegment>& segments,
+                                              const std::vector<SegmentTrack>& before,
+                                              std::vector<int> column, SE3& T_prev_curr,
+                                              double interval) {
+  constexpr int kLeastWitnesses = 3;
+  contradicted_ = false;
+  leap_.reset();
+  const auto held = std::count_if(before.begin(), before.end(), [](const SegmentTrack& track) {
+    return track.missed == 0 && track.observations >= track.needed;
+  });
+  if (held == 0 || segments.empty() || lost(column) < held) return column;
+  const std::vector<SegmentTrack> moved = tracks_;
+  if (last_interval_ > 0 && interval > 0) {
+    const Vector6d steady = (interval / last_interval_) * last_motion_.log();
+    const SE3 T_steady = SE3::exp(steady);
+    Matrix6d unsure = kSteadyFactor * (interval / last_interval_) * last_covariance_;
+    unsure.diagonal() += (kChangeOfSpeed * steady).cwiseAbs2();
+    if (leaps(T_prev_curr, T_steady, unsure)) {
+      tracks_ = before;
+      predict(T_steady.inverse(), unsure);
+      const std::vector<int> on = match(segments);
+      contradicted_ = 2 * lost(on) < held;
+      if (contradicted_) {
+        leap_ = (T_steady.inverse() * T_prev_curr).log();
+        T_prev_curr = T_steady;
+        return on;
+      }
+    }
+  }
+  if (held >= kLeastWitnesses) {
+    tracks_ = before;
+    Vector6d sigma;
+    sigma << Eigen::Vector3d::Constant(options_.no_odometry_sigma_m),
+        Eigen::Vector3d::Constant(options_.no_odometry_sigma_rad);
+    predict(SE3(), sigma.cwiseAbs2().asDiagonal());
+    const std::vector<int> still = match(segments);
+    contradicted_ = 2 * lost(still) <= held;
+    if (contradicted_) {
+      T_prev_curr = SE3();
+      return still;
+    }
+  }
+  tracks_ = moved;
+  return column;
+}
+
+// Against what is unsure if it goes on as before: how unsure a leap itself claims to be is no
+// excuse.
+bool SegmentTracker::leaps(const SE3& T_given, const SE3& T_steady,
+                           const Matrix6d& steady_covariance) const {
+  const Vector6d off = (T_steady.inverse() * T_given).log();
+  const Vector6d variances = steady_covariance.diagonal();
+  return (off.array().square() > kLeapSigmas * kLeapSigmas * variances.array()).any();
 }
 
 // The best assignment: the segment of each track, -1 for none.

@@ -71,18 +71,28 @@ class SegmentTracker {
   /// The last motion fitted none of the tracks just seen, while holding still fits most of them:
   /// the motion is wrong, and tracks were followed without it.
   bool contradicted() const { return contradicted_; }
+  /// What a contradicted motion is off the one that fits, T_given = T_fits * exp(leap), in the
+  /// scanner's frame: where going on as before fits, even by one line, and the given motion leaps
+  /// away from that by far more than both are unsure. A fault of odometry, then: a wall that ends
+  /// or bends is not where it would be without it.
+  const std::optional<Vector6d>& leap() const { return leap_; }
   const TrackingCounts& counts() const { return counts_; }
   const TrackingOptions& options() const { return options_; }
 
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
   friend void fields(A& a, SegmentTracker& v) {
-    a(v.tracks_, v.next_id_, v.counts_, v.contradicted_);
+    a(v.tracks_, v.next_id_, v.counts_, v.contradicted_, v.last_motion_, v.last_covariance_,
+      v.last_interval_, v.last_stamp_);
   }
 
  private:
   void predict(const SE3& T_curr_prev, const Matrix6d& covariance);
   std::vector<int> match(const std::vector<ScanSegment>& segments) const;
+  std::vector<int> doubt_motion(const std::vector<ScanSegment>& segments,
+                                const std::vector<SegmentTrack>& before, std::vector<int> column,
+                                SE3& T_prev_curr, double interval);
+  bool leaps(const SE3& T_given, const SE3& T_steady, const Matrix6d& steady_covariance) const;
   int lost(const std::vector<int>& column) const;
   std::vector<AssignmentCandidate> candidates(const std::vector<ScanSegment>& segments) const;
   std::optional<double> match_cost(const SegmentTrack& track, const ScanSegment& segment,
@@ -98,6 +108,11 @@ class SegmentTracker {
   std::vector<Eigen::Matrix2d> covariances_;  // of this scan's segments, floor included
   std::vector<NoiseFloor> floors_;
   bool contradicted_ = false;
+  std::optional<Vector6d> leap_;
+  SE3 last_motion_;  // between the two scans before, with what is not known of it
+  Matrix6d last_covariance_ = Matrix6d::Zero();
+  double last_interval_ = 0;  // s; 0: none
+  std::optional<Timestamp> last_stamp_;
   std::int64_t next_id_ = 0;
   TrackingCounts counts_;
 };

@@ -63,9 +63,10 @@ INSTANTIATE_TEST_SUITE_P(Builtin, EveryWorld, ::testing::ValuesIn(names()),
 
 TEST(Worlds, ListHasTheAgreedNames) {
   const std::vector<std::string> all = names();
-  for (const char* name : {"room", "flat", "steps", "plates", "obstacle_bed", "hole",
-                           "hole_no_wall", "stairs_down", "corridor_loop", "office", "flyover",
-                           "roof_ridge", "lost_altitude", "lost_roll", "long_corridor"}) {
+  for (const char* name :
+       {"room", "flat", "steps", "plates", "obstacle_bed", "hole", "hole_no_wall", "stairs_down",
+        "corridor_loop", "office", "flyover", "roof_ridge", "lost_altitude", "lost_roll",
+        "side_laser", "long_corridor"}) {
     EXPECT_THAT(all, ::testing::Contains(name));
   }
 }
@@ -89,6 +90,23 @@ TEST(Worlds, FlyoverSees54Planes) {
   int seen = 0;
   for (std::int64_t scans : simulation.sightings()) seen += scans >= 3 ? 1 : 0;
   EXPECT_EQ(seen, 54);
+}
+
+TEST(Worlds, SideLaserSeesGroundAndFacades) {
+  Simulation simulation(make_scene("side_laser"), 1);
+  while (simulation.next()) {
+  }
+  const auto scans = [&](const std::string& name) {
+    const ScenePlane* plane = simulation.world().scene.find(name);
+    return plane ? simulation.sightings()[static_cast<std::size_t>(plane->id)] : -1;
+  };
+  EXPECT_GT(scans("ground"), 500);
+  int walls = 0;
+  for (const ScenePlane& plane : simulation.world().scene.planes()) {
+    const auto n = simulation.sightings()[static_cast<std::size_t>(plane.id)];
+    walls += plane.name.rfind("house", 0) == 0 && n > 100 ? 1 : 0;
+  }
+  EXPECT_GE(walls, 4);
 }
 
 TEST(Worlds, CorridorLoopOdometryEndsMoreThanAMetreOff) {

@@ -134,6 +134,48 @@ TEST(SegmentFrontend, ATankFlownAcrossGivesNoLastingTracks) {
   for (const auto& [id, n] : length) EXPECT_LT(n, 30) << id;
 }
 
+// Level ground under a fan that looks down; odometry leaps by `leap` at the sixth scan.
+Observations after_a_leap(const SE3& leap, SegmentFrontend& frontend,
+                          std::vector<std::int64_t>& ids) {
+  ScanMaker maker;
+  std::mt19937 random(4);
+  Observations out;
+  for (int k = 0; k < 6; ++k) {
+    LaserScan scan = maker.scan({{{20, -30}, {20, 30}}}, random);
+    scan.lidar.T_body_lidar = looking_down();
+    scan.stamp = Timestamp::from_seconds(1.0 * k);
+    const SE3 motion = SE3::planar(2, 0, 0) * (k == 5 ? leap : SE3());
+    out = frontend.process(scan, motion);
+    ids.push_back(out.segments.empty() ? -2 : out.segments[0].track);
+  }
+  return out;
+}
+
+TEST(SegmentFrontend, ALeapOfOdometryIsNoticedByASingleLine) {
+  const SE3 leaps[] = {SE3(SO3(), {0, 0, 50}), SE3(SO3::rot_x(22 * M_PI / 180), {0, 0, 0})};
+  for (const SE3& leap : leaps) {
+    SegmentFrontend frontend;
+    std::vector<std::int64_t> ids;
+    after_a_leap(leap, frontend, ids);
+    EXPECT_GE(ids[4], 0);
+    EXPECT_EQ(ids[5], ids[4]);
+    EXPECT_TRUE(frontend.tracker().contradicted());
+    ASSERT_TRUE(frontend.tracker().leap().has_value());
+    // In the body's tangent it is what odometry did wrong.
+    const Vector6d seen = looking_down().adjoint() * *frontend.tracker().leap();
+    EXPECT_LT((seen - leap.log()).norm(), 0.01 * leap.log().norm());
+  }
+}
+
+TEST(SegmentFrontend, OrdinaryChangesOfSpeedAreNoLeaps) {
+  SegmentFrontend frontend;
+  std::vector<std::int64_t> ids;
+  after_a_leap(SE3::planar(1, 0.2, 0.05), frontend, ids);
+  EXPECT_EQ(ids[5], ids[4]);
+  EXPECT_FALSE(frontend.tracker().contradicted());
+  EXPECT_FALSE(frontend.tracker().leap().has_value());
+}
+
 TEST(SegmentTracker, AGivenPlanePredictsItsTrack) {
   ScanMaker maker;
   std::mt19937 random(8);
