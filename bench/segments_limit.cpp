@@ -80,7 +80,12 @@ Data measure(const std::string& scene, const sim::Parameters& parameters, std::u
     data.planes.push_back(plane.plane_map);
   }
   SegmentExtractor extractor;
-  const OdometryModel model = simulation.calibration().odometry;
+  // As odometry truly errs, not as the robot is told: the best weights there are.
+  const sim::OdometryErrors& errors = simulation.world().rig.odometry.value().errors;
+  OdometryModel model = simulation.calibration().odometry;
+  model.sigma_translation = errors.sigma_translation;
+  model.sigma_rotation = errors.sigma_rotation;
+  model.sigma_rotation_turn = errors.sigma_rotation_turn;
   SE3 T_odom_body, T_odom_last;
   bool moved = false;
   while (const std::optional<Measurement> m = simulation.next()) {

@@ -114,7 +114,7 @@ std::vector<int> SegmentTracker::doubt_motion(const std::vector<ScanSegment>& se
       tracks_ = before;
       predict(T_steady.inverse(), unsure);
       const std::vector<int> on = match(segments);
-      contradicted_ = 2 * lost(on) < held;
+      contradicted_ = 2 * lost(on) <= held;
       if (contradicted_) {
         leap_ = (T_steady.inverse() * T_prev_curr).log();
         T_prev_curr = T_steady;
