@@ -147,22 +147,4 @@ std::optional<ScanSegment> fit_line(const ScanPoints& points, std::span<const in
   return segment;
 }
 
-// In (rho, theta) the information of points on the line is W [1, -s; -s, s^2 + ss / W]: weight,
-// mean and extent along the line follow from it.
-void add_doubt(ScanSegment& segment, const Eigen::Matrix2d& doubt) {
-  const Eigen::Matrix2d sum = segment.covariance + doubt;
-  const double det = sum(0, 0) * sum(1, 1) - sum(0, 1) * sum(1, 0);
-  if (!(doubt.trace() > 0) || !(det > 0) || !sum.allFinite()) return;
-  segment.covariance = sum;
-  const double weight = sum(1, 1) / det, middle = sum(0, 1) / sum(1, 1);
-  const double extent = sum(0, 0) / det - weight * middle * middle;
-  const Eigen::Vector3d normal(std::cos(segment.theta), std::sin(segment.theta), 0);
-  const Eigen::Vector3d along(-normal.y(), normal.x(), 0);
-  const Moments& m = segment.moments;
-  const double off = normal.dot(m.scatter() * normal) * weight / m.weight();
-  const Eigen::Matrix3d scatter =
-      extent * along * along.transpose() + off * normal * normal.transpose();
-  segment.moments = Moments(weight, segment.rho * normal + middle * along, scatter, m.count());
-}
-
 }  // namespace lamina

@@ -25,8 +25,4 @@ std::optional<ScanSegment> fit_line(const ScanPoints& points, std::span<const in
                                     const InverseRangeSums& sums, double outlier_sigma,
                                     std::vector<int>& rejected);
 
-/// Adds `doubt`, a covariance of (rho, theta), to a segment's; its moments then hold the
-/// information of the sum.
-void add_doubt(ScanSegment& segment, const Eigen::Matrix2d& doubt);
-
 }  // namespace lamina

@@ -348,7 +348,8 @@ void SegmentExtractor::emit(const Run& run, Segments& out) {
   std::optional<ScanSegment> segment =
       fit_line(points_, indices_, run.sums, options_.outlier_sigma, rejected_);
   if (!segment || !acceptable(*segment)) return;
-  add_doubt(*segment, run.doubt_begin + run.doubt_end + hidden_corner(run));
+  // The moments keep what the returns themselves say.
+  segment->covariance += run.doubt_begin + run.doubt_end + hidden_corner(run);
   for (const int i : indices_) used_[static_cast<std::size_t>(i)] = 1;
   for (const int i : rejected_) used_[static_cast<std::size_t>(i)] = 0;
   out.segments.push_back(*segment);

@@ -103,32 +103,6 @@ TEST(SegmentExtractor, CovarianceKnowsOfCornersThatAreHardToPlace) {
   EXPECT_NEAR(mean(total.nees_one_wall), 2.0, bound);
 }
 
-TEST(SegmentExtractor, MomentsHoldTheInformationThatDoubtLeaves) {
-  ScanMaker maker;
-  std::mt19937 random(5);
-  SegmentExtractor extractor;
-  ScanSegment s = extractor.extract(maker.scan({{{1.0, 0.2}, {6.0, 3.0}}}, random)).segments.at(0);
-  Eigen::Matrix2d doubt;
-  doubt << 4e-4, 1e-4, 1e-4, 1e-4;
-  const Eigen::Matrix2d expected = s.covariance + doubt;
-  const double rho = s.rho, theta = s.theta;
-  add_doubt(s, doubt);
-  EXPECT_TRUE(s.covariance.isApprox(expected, 1e-12));
-  EXPECT_EQ(s.rho, rho);
-  const auto cost = [&](double drho, double dtheta) {
-    const Eigen::Vector3d n(std::cos(theta + dtheta), std::sin(theta + dtheta), 0);
-    return s.moments.cost(Plane(n, rho + drho));
-  };
-  const Eigen::Matrix2d information = expected.inverse();
-  const double h = 1e-4, least = cost(0, 0);
-  EXPECT_NEAR((cost(h, 0) + cost(-h, 0) - 2 * least) / (h * h) / 2, information(0, 0),
-              1e-3 * information(0, 0));
-  EXPECT_NEAR((cost(0, h) + cost(0, -h) - 2 * least) / (h * h) / 2, information(1, 1),
-              1e-2 * information(1, 1));
-  EXPECT_NEAR((cost(h, h) - cost(h, -h) - cost(-h, h) + cost(-h, -h)) / (8 * h * h),
-              information(0, 1), 1e-2 * std::sqrt(information(0, 0) * information(1, 1)));
-}
-
 TEST(SegmentExtractor, MomentsHaveTheirLeastCostAtTheLine) {
   ScanMaker maker;
   std::mt19937 random(5);
