@@ -7,6 +7,7 @@
 
 #include <lamina/backend/mapper_step.hpp>
 #include <lamina/models/error.hpp>
+#include <lamina/models/linalg.hpp>
 
 namespace lamina {
 namespace {
@@ -192,7 +193,22 @@ Moments Mapper::factor_moments(const PlaneEvidence& e) const {
   NoiseFloor floor = e.floor;
   floor.sigma_rho = std::hypot(floor.sigma_rho, options_.association.surface_sigma_m);
   floor.sigma_tilt = std::hypot(floor.sigma_tilt, options_.association.surface_sigma_deg * kDegree);
-  return e.moments_body.discounted(e.plane_body.normal(), floor);
+  const bool level = std::abs(e.scan_normal_body.z()) > kLevelScan;
+  if (!e.partial || level) return e.moments_body.discounted(e.plane_body.normal(), floor);
+  // Lines of a leaning scanner that moved span a plane that need not be upright on them: each axis
+  // of their extent as it is. (Those of a level one lie in one level plane, whatever they are of:
+  // how they scatter across each other is noise.)
+  const Moments& m = e.moments_body;
+  const SymmetricEigen<3> eigen = symmetric_eigen(m.scatter());
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (int i = 0; i < 3; ++i) {
+    const double information = std::max(0.0, eigen.values(i));
+    const Eigen::Vector3d axis = eigen.vectors.col(i);
+    scatter += information / (1 + information * floor.sigma_tilt * floor.sigma_tilt) * axis *
+               axis.transpose();
+  }
+  const double weight = m.weight() / (1 + m.weight() * floor.sigma_rho * floor.sigma_rho);
+  return Moments(weight, m.mean(), scatter, m.count());
 }
 
 void Mapper::add_to_plane(PlaneId id, const PlaneEvidence& evidence, Timestamp stamp) {

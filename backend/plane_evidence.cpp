@@ -5,6 +5,10 @@
 
 namespace lamina {
 
+namespace {
+constexpr double kLevelScan = 0.94;  // cosine: within 20 degrees of the body's z
+}  // namespace
+
 PlaneEvidence make_evidence(const PlaneObservation& observation, const SE3& T_body_sensor) {
   PlaneEvidence e;
   e.plane_body = T_body_sensor * observation.plane_sensor;
@@ -27,6 +31,11 @@ PlaneEvidence make_evidence(const SegmentObservation& observation, const SE3& T_
                     T_body_sensor * Eigen::Vector3d(s.end.x(), s.end.y(), 0)};
   e.partial = true;
   e.scan_normal_body = T_body_sensor.so3() * Eigen::Vector3d::UnitZ();
+  // Flat on its own line: lines of a leaning scanner join before anybody knows the plane's normal,
+  // and what points scatter across each line must not pull it towards the scans' upright.
+  if (std::abs(e.scan_normal_body.z()) <= kLevelScan) {
+    e.moments_body = e.moments_body.discounted(e.plane_body.normal(), NoiseFloor{});
+  }
   return e;
 }
 

@@ -111,7 +111,7 @@ std::vector<LoopCloser::Candidate> LoopCloser::candidates(int submap) const {
   std::vector<int> olds;
   for (int i = 0; i + options_.min_gap < submap; ++i) {
     const Submap& old = submaps_[static_cast<std::size_t>(i)];
-    if (!old.retired && old.points.size() > 20) olds.push_back(i);
+    if (old.points.size() > 20) olds.push_back(i);
   }
   const auto covariances = graph_.relative_covariances(olds, submap);
   std::vector<Candidate> all;

@@ -35,10 +35,8 @@ struct LoopCloserOptions {
   double min_agreement = 0.85;     ///< views of points that do not contradict, both ways
   double agreement_margin = 0.25;  ///< m
   double max_chi_squared = 25;     ///< 3 dof, against the drift: beyond, the loop is not believed
-  double retire_matched = 0.92;    ///< a submap matched this well by an older one is not kept
   /// A match between submaps is off by this at best (their own bend): m, rad, 1-sigma.
   double sigma_translation = 0.02, sigma_rotation = 0.004;
-  bool closing_sweep = true;  ///< finish() looks once more between all near submaps
 };
 
 struct LoopClosure {
@@ -62,7 +60,7 @@ class LoopCloser {
  public:
   explicit LoopCloser(const LoopCloserOptions& options = {});
   std::vector<LoopClosure> add(const LaserScan& scan, const ScanMotion& motion);
-  /// Closes the last submap and looks once more everywhere.
+  /// Completes the last submap and looks for older ones of its place.
   std::vector<LoopClosure> finish();
 
   /// T_map_body at every scan so far, by odometry and all loops; the first is the identity.

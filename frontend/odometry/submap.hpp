@@ -25,7 +25,6 @@ struct Submap {
   PlanarPose T_anchor_end;            ///< to the next submap's anchor, by odometry
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of T_anchor_end, right tangent
   double travelled = 0, turned = 0;                      ///< m, rad
-  bool retired = false;  ///< points dropped: another submap shows the same place
 };
 
 template <class A>
@@ -34,8 +33,7 @@ void fields(A& a, SightFan& v) {
 }
 template <class A>
 void fields(A& a, Submap& v) {
-  a(v.stamp, v.points, v.fans, v.centre, v.T_anchor_end, v.covariance, v.travelled, v.turned,
-    v.retired);
+  a(v.stamp, v.points, v.fans, v.centre, v.T_anchor_end, v.covariance, v.travelled, v.turned);
 }
 
 /// The fan of points seen from a scanner at `scanner` (both in the body frame) from a body at
