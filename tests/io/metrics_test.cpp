@@ -43,7 +43,9 @@ TEST(MemoryTrace, SamplesByTheRecordingsTimeAndStaysShort) {
   EXPECT_GT(trace.samples().back().time_s, 99'000);
   for (std::size_t i = 0; i < trace.samples().size(); ++i) {
     EXPECT_GT(trace.samples()[i].rss_mb, 1);
-    if (i > 0) EXPECT_GE(trace.samples()[i].time_s - trace.samples()[i - 1].time_s, 10);
+    if (i > 0) {
+      EXPECT_GE(trace.samples()[i].time_s - trace.samples()[i - 1].time_s, 10);
+    }
   }
 }
 
