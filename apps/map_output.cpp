@@ -180,7 +180,9 @@ void MapOutput::write_grids(const PlanarMap& map, const Trajectory& trajectory) 
   const auto timer = metrics.time("raster");
   Rasterizer rasterizer(raster_options(settings_));
   rasterizer.update(map);
-  const bool floor_seen = rasterizer.floor_seen();
+  // Scans alone may make a scrap of a level plane out of clutter: that is no floor.
+  const bool floor_seen =
+      rasterizer.floor_seen() && (!map.surfels.empty() || rasterizer.floor_under_path());
   NavigabilityGrid grid = std::move(rasterizer).take_grid();
   std::optional<OccupancyGrid> occupancy;
   for_each_scan([&](const io::KeptScan& kept) {

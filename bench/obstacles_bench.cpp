@@ -199,7 +199,7 @@ void bench_flat(int frames) {
 }
 
 // Floor one sample covers at a range (m), looking ahead.
-double footprint(const Stage& stage, double range) {
+double footprint(const SceneCamera& stage, double range) {
   const CameraModel& c = stage.world.rig.depth->camera.camera;
   return range * range / (c.T_body_camera.translation().z() * c.fy);
 }

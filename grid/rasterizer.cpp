@@ -18,7 +18,7 @@ struct Rasterizer::State {
   NavigabilityGrid grid;
   float fallback = std::numeric_limits<float>::quiet_NaN();
   std::size_t drawn = 0;
-  bool floor_seen = false;
+  bool floor_seen = false, floor_under_path = false;
 
   explicit State(const RasterOptions& o) : options(o), book(o), grid(o.resolution) {}
   Tile* tile_at(const TileKey& key, int di, int dj) const {
@@ -147,7 +147,8 @@ void Rasterizer::State::reach() {
   }
   std::vector<char> reached = voted(floors, all, static_cast<std::size_t>(count));
   float height = std::numeric_limits<float>::quiet_NaN();
-  if (count > 0 && std::find(reached.begin(), reached.end(), 1) == reached.end()) {
+  floor_under_path = std::find(reached.begin(), reached.end(), 1) != reached.end();
+  if (count > 0 && !floor_under_path) {
     const std::int32_t floor = largest(floors, all, static_cast<std::size_t>(count));
     reached[static_cast<std::size_t>(floor)] = 1;
     height = floor_height(floors, all, floor);
@@ -297,6 +298,7 @@ Doubt Rasterizer::doubt(const CellIndex& cell) const {
   return doubt;
 }
 bool Rasterizer::floor_seen() const { return state_->floor_seen; }
+bool Rasterizer::floor_under_path() const { return state_->floor_under_path; }
 
 NavigabilityGrid rasterize(const PlanarMap& map, const RasterOptions& options) {
   Rasterizer rasterizer(options);

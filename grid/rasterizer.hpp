@@ -83,7 +83,8 @@ class Rasterizer {
   NavigabilityGrid take_grid() &&;
   std::size_t tiles_drawn() const;  ///< of the last update, of 32 x 32 cells
   Doubt doubt(const CellIndex& cell) const;
-  bool floor_seen() const;  ///< false: no surface at all in the map, only obstacles
+  bool floor_seen() const;        ///< false: no surface at all in the map, only obstacles
+  bool floor_under_path() const;  ///< a surface is where the path says the robot's floor must be
 
  private:
   struct State;

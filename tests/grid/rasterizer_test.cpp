@@ -29,6 +29,19 @@ TEST(Rasterizer, ALevelFloorIsFreeUpToItsEdge) {
   }
 }
 
+TEST(Rasterizer, AScrapOfALevelPlaneAwayFromThePathIsNoFloorUnderIt) {
+  PlanarMap map;
+  test::add_path(map, {-2, 0, 0}, {2, 0, 0});
+  test::add_floor(map, {6, 2}, {6.5, 2.5}, [](double, double) { return 0.3; });
+  Rasterizer rasterizer{RasterOptions{}};
+  rasterizer.update(map);
+  EXPECT_TRUE(rasterizer.floor_seen());
+  EXPECT_FALSE(rasterizer.floor_under_path());
+  test::add_floor(map, {-2, -1}, {2, 1}, [](double, double) { return 0.0; });
+  rasterizer.update(map);
+  EXPECT_TRUE(rasterizer.floor_under_path());
+}
+
 TEST(Rasterizer, StepsUpToTAreDrivenHigherOnesBlockBothSides) {
   for (int mm = 1; mm <= 40; ++mm) {
     PlanarMap map;
