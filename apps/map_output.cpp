@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <ostream>
 
@@ -176,15 +178,11 @@ void MapOutput::note(const std::string& file, const std::string& what) {
   summary_ += fmt::format("{:<38} {}\n", (folder_ / file).string(), what);
 }
 
-void MapOutput::write_grids(const PlanarMap& map, const Trajectory& trajectory) {
+void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
   const auto timer = metrics.time("raster");
-  Rasterizer rasterizer(raster_options(settings_));
-  rasterizer.update(map);
-  // Scans alone may make a scrap of a level plane out of clutter: that is no floor.
-  const bool floor_seen =
-      rasterizer.floor_seen() && (!map.surfels.empty() || rasterizer.floor_under_path());
-  NavigabilityGrid grid = std::move(rasterizer).take_grid();
+  constexpr double kScanBand = 0.1;  // m about the scanner's height that its rays speak for
   std::optional<OccupancyGrid> occupancy;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
   for_each_scan([&](const io::KeptScan& kept) {
     const LaserScan& scan = kept.scan;
     const auto pose = trajectory.at(scan.stamp);
@@ -194,7 +192,19 @@ void MapOutput::write_grids(const PlanarMap& map, const Trajectory& trajectory) 
       occupancy.emplace(with_scanner(occupancy_options(settings_), T_map_lidar));
     }
     occupancy->add(T_map_lidar, beams_of(scan));
+    low = std::min(low, T_map_lidar.translation().z());
+    high = std::max(high, T_map_lidar.translation().z());
   });
+  if (occupancy) {
+    map.loose_points =
+        without_passed(map.loose_points, *occupancy, low - kScanBand, high + kScanBand);
+  }
+  Rasterizer rasterizer(raster_options(settings_));
+  rasterizer.update(map);
+  // Scans alone may make a scrap of a level plane out of clutter: that is no floor.
+  const bool floor_seen =
+      rasterizer.floor_seen() && (!map.surfels.empty() || rasterizer.floor_under_path());
+  NavigabilityGrid grid = std::move(rasterizer).take_grid();
   // A map from scans alone: nothing looked at the floor, what is clear at the scanner's height is
   // the best there is, and its confidence says so.
   if (!floor_seen && occupancy) fill_from_occupancy(grid, *occupancy);

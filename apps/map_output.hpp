@@ -49,7 +49,7 @@ class MapOutput {
   void keep(const io::KeptScan& scan);
   void for_each_scan(const std::function<void(const io::KeptScan&)>& take) const;
   void note(const std::string& file, const std::string& what);
-  void write_grids(const PlanarMap& map, const Trajectory& trajectory);
+  void write_grids(PlanarMap map, const Trajectory& trajectory);
   void write_parts(const Trajectory& trajectory);
   void write_session(const Mapper& mapper, const Trajectory& trajectory, bool online);
 

@@ -1,6 +1,9 @@
 // Navigability where only a 2D scanner has looked.
 #pragma once
 
+#include <Eigen/Core>
+#include <vector>
+
 #include <lamina/grid/navigability_grid.hpp>
 #include <lamina/grid/occupancy_grid.hpp>
 
@@ -20,5 +23,12 @@ struct OccupancyFill {
 /// seen means not known.
 void fill_from_occupancy(NavigabilityGrid& grid, const OccupancyGrid& occupancy,
                          const OccupancyFill& options = {});
+
+/// Loose points without those at the scanner's height (map z from `low` to `high`, m) in cells that
+/// the scanner saw free: more rays went through than ended there. A beam that grazes the jamb of a
+/// door returns from somewhere behind it; a few such returns must not close the door.
+std::vector<Eigen::Vector3d> without_passed(const std::vector<Eigen::Vector3d>& points_map,
+                                            const OccupancyGrid& occupancy, double low, double high,
+                                            const OccupancyFill& options = {});
 
 }  // namespace lamina

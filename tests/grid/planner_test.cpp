@@ -209,5 +209,22 @@ TEST(OccupancyFill, AScannersFreeSpaceIsHalfBelieved) {
                   .edge(cell_of({1.51, 0.01}, 0.05), cell_of({1.56, 0.01}, 0.05)));
 }
 
+TEST(OccupancyFill, ReturnsThatMostRaysWentThroughAreTakenBackAtTheScannersHeight) {
+  OccupancyGrid scans;
+  for (int k = 0; k < 12; ++k) {
+    std::vector<OccupancyBeam> beams;
+    for (double y = -1; y <= 1; y += 0.005) beams.push_back({{2.0, y}, 0.005, true});
+    if (k == 0) beams.push_back({{1.0, 0.0}, 0.005, true});  // the jamb and what is behind, mixed
+    scans.add(SE3(SO3(), {0, 0, 0.3}), beams);
+  }
+  const std::vector<Eigen::Vector3d> points = {
+      {1.0, 0.0, 0.3}, {2.01, 0.01, 0.3}, {1.0, 0.0, 0.1}, {5.0, 0.0, 0.3}};
+  const auto kept = without_passed(points, scans, 0.2, 0.4);
+  ASSERT_EQ(kept.size(), 3u) << "only the first was looked through";
+  EXPECT_EQ(kept[0], points[1]);
+  EXPECT_EQ(kept[1], points[2]) << "a low box that no ray touches stays";
+  EXPECT_EQ(kept[2], points[3]);
+}
+
 }  // namespace
 }  // namespace lamina
