@@ -96,6 +96,11 @@ Evaluation evaluate(const fs::path& map, const fs::path& truth) {
     }
     T_reference_map = align_poses(estimate, reference);
   }
+  if (fs::exists(map / "planes.json")) {
+    const auto planes = io::read_planes_json(map / "planes.json");
+    evaluation.map_planes = planes.size();
+    evaluation.near_pairs = near_pairs(planes);
+  }
   if (fs::is_directory(truth)) {
     if (const auto known = sim::read_truth(truth)) {
       compare_with_simulation(map, *known, estimate, T_reference_map, evaluation);

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <lamina/apps/grid_error.hpp>
@@ -16,7 +17,10 @@ struct Evaluation {
   std::optional<TrajectoryError> trajectory;
   std::optional<PlaneErrors> planes;
   std::optional<GridErrors> grid;
-  std::optional<PathErrors> path;    ///< of DIR/path.csv, where there is one
+  std::optional<PathErrors> path;  ///< of DIR/path.csv, where there is one
+  /// Map planes, and pairs of them that look like one wall drawn twice (near_pairs()).
+  std::size_t map_planes = 0;
+  std::vector<std::pair<std::int64_t, std::int64_t>> near_pairs;
   std::vector<std::string> remarks;  ///< what could not be compared, and why
 };
 

@@ -119,6 +119,13 @@ std::string to_text(const Evaluation& evaluation) {
     text += row(fmt::format("RPE over {:g} s, angle", t.rpe_interval_s), t.rpe_deg, "degrees");
   }
   if (evaluation.planes) text += planes_text(*evaluation.planes);
+  if (evaluation.map_planes > 0) {
+    text += fmt::format(
+        "planes near each other     {} pairs among {}: parallel within 2 degrees, within 0.3 m, "
+        "one "
+        "before the other\n",
+        evaluation.near_pairs.size(), evaluation.map_planes);
+  }
   if (evaluation.grid) text += grid_text(*evaluation.grid);
   if (evaluation.path) {
     text +=
@@ -137,6 +144,7 @@ void write_evaluation(const std::filesystem::path& file, const Evaluation& evalu
     json["trajectory"]["errors_m"] = evaluation.trajectory->errors_m;
   }
   if (evaluation.planes) json["planes"] = to_json(*evaluation.planes);
+  if (evaluation.map_planes > 0) json["near_pairs"] = evaluation.near_pairs;
   if (evaluation.grid) json["grid"] = to_json(*evaluation.grid);
   if (evaluation.path) {
     json["path"] = {{"places", evaluation.path->places}, {"not_free", evaluation.path->not_free}};

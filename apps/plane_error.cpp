@@ -204,4 +204,35 @@ PlaneErrors plane_errors(const std::vector<MapPlane>& planes,
   return errors;
 }
 
+std::vector<std::pair<std::int64_t, std::int64_t>> near_pairs(const std::vector<MapPlane>& planes,
+                                                              const NearOptions& options) {
+  std::vector<std::vector<Target>> outlines;  // of each plane
+  std::vector<std::vector<Eigen::Vector3d>> samples;
+  for (const MapPlane& plane : planes) {
+    auto& targets = outlines.emplace_back();
+    for (const auto& outline : plane.outlines_map) {
+      targets.emplace_back(ReferencePlane{plane.id, plane.plane_map, outline, 0});
+    }
+    samples.push_back(samples_of(plane));
+  }
+  const auto before = [&](std::size_t a, std::size_t b) {
+    std::size_t inside = 0;
+    for (const auto& p : samples[a]) {
+      inside += std::any_of(outlines[b].begin(), outlines[b].end(), [&](const Target& target) {
+        return target.above(p) <= options.max_distance && target.beside(p) <= options.border;
+      });
+    }
+    return static_cast<double>(inside) >=
+           options.min_overlap * static_cast<double>(samples[a].size());
+  };
+  std::vector<std::pair<std::int64_t, std::int64_t>> found;
+  for (std::size_t a = 0; a < planes.size(); ++a) {
+    for (std::size_t b = a + 1; b < planes.size(); ++b) {
+      if (angle_between(planes[a].plane_map, planes[b].plane_map) > options.max_angle) continue;
+      if (before(a, b) || before(b, a)) found.emplace_back(planes[a].id, planes[b].id);
+    }
+  }
+  return found;
+}
+
 }  // namespace lamina::apps

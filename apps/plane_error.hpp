@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include <lamina/models/planar_map.hpp>
@@ -46,6 +47,17 @@ struct PlaneMatchOptions {
   double coplanar_distance = 1e-3;  ///< m
   double coplanar_angle = 1e-3;     ///< rad
 };
+
+/// Pairs of map planes that look like one wall drawn twice, no truth needed: seen from one side,
+/// normals within `max_angle` (rad), less than `max_distance` (m) apart, and this share of one of
+/// them lies before the other's outline. Slabs, frames and shelves are such pairs, too: of a world
+/// without them it counts doubles.
+struct NearOptions {
+  double max_angle = 0.035, max_distance = 0.3, min_overlap = 0.3;
+  double border = 0.1;  ///< m, by which outlines are grown: a scan's are strokes
+};
+std::vector<std::pair<std::int64_t, std::int64_t>> near_pairs(const std::vector<MapPlane>& planes,
+                                                              const NearOptions& options = {});
 
 /// `planes` are moved by T_reference_map first.
 PlaneErrors plane_errors(const std::vector<MapPlane>& planes,

@@ -10,10 +10,13 @@
 #include <functional>
 #include <iterator>
 #include <optional>
+#include <random>
 #include <sstream>
 
 #include <lamina/apps/evaluation.hpp>
 #include <lamina/apps/mapping.hpp>
+#include <lamina/models/trajectory.hpp>
+#include <lamina/sensors/recording.hpp>
 #include <lamina/sim/dataset.hpp>
 
 namespace lamina::apps {
@@ -64,6 +67,23 @@ std::string with_time(const std::string& line, double time) {
   out.precision(15);
   out << time << line.substr(line.find_first_of(", "));
   return out.str();
+}
+
+// Every range of scans.csv through `edit(scan, beam, range)`.
+void edit_ranges(const fs::path& file, const std::function<double(int, int, double)>& edit) {
+  int scan = 0;
+  edit_lines(file, [&](double, std::string& line) {
+    constexpr int kHead = 5;  // timestamp, angles, limits
+    std::stringstream in(line);
+    std::string out, cell;
+    for (int i = 0; std::getline(in, cell, ','); ++i) {
+      if (i >= kHead) cell = std::to_string(edit(scan, i - kHead, std::stod(cell)));
+      out += (i > 0 ? "," : "") + cell;
+    }
+    line = out;
+    ++scan;
+    return true;
+  });
 }
 
 struct Outcome {
@@ -146,20 +166,73 @@ TEST(Faults, APersonWalksThrough) {
   const Folder folder;
   const fs::path data = folder.path() / "data";
   simulate_room(data);
-  int scan = 0;
-  edit_lines(data / "scans.csv", [&](double, std::string& line) {
-    constexpr int kHead = 5;  // timestamp, angles, limits
-    const int first = kHead + 40 + (7 * scan++) % 200;
-    std::stringstream in(line);
-    std::string out, cell;
-    for (int i = 0; std::getline(in, cell, ','); ++i) {
-      const double u = (i - first - 7) / 7.5;
-      if (std::abs(u) < 1) cell = std::to_string(1.3 - 0.2 * std::sqrt(1 - u * u));
-      out += (i > 0 ? "," : "") + cell;
-    }
-    line = out;
+  edit_ranges(data / "scans.csv", [](int scan, int beam, double range) {
+    const double u = (beam - 40 - (7 * scan) % 200 - 7) / 7.5;
+    return std::abs(u) < 1 ? 1.3 - 0.2 * std::sqrt(1 - u * u) : range;
+  });
+  const Outcome outcome = map_and_evaluate(folder, data);
+  EXPECT_LT(outcome.ate, 0.02);
+  EXPECT_EQ(outcome.spurious, 0u);
+}
+
+// Every tenth beam ends anywhere: sun, dust, mixed pixels.
+TEST(Faults, TenPercentOfTheRangesAreGrosslyWrong) {
+  const Folder folder;
+  const fs::path data = folder.path() / "data";
+  simulate_room(data);
+  std::mt19937 rng(5);
+  std::uniform_real_distribution<double> any(0, 1);
+  edit_ranges(data / "scans.csv", [&](int, int, double range) {
+    const bool wrong = any(rng) < 0.1;
+    const double elsewhere = 0.2 + 8 * any(rng);
+    return wrong ? elsewhere : range;
+  });
+  const Outcome outcome = map_and_evaluate(folder, data);
+  EXPECT_LT(outcome.ate, 0.02);
+  EXPECT_EQ(outcome.spurious, 0u);
+}
+
+// The whole north wall is a pane: nine beams of ten go through or are lost, those near its normal
+// come back, and behind it other things return some.
+TEST(Faults, AWallOfGlass) {
+  const Folder folder;
+  const fs::path data = folder.path() / "data";
+  simulate_room(data);
+  std::vector<double> stamps;
+  edit_lines(data / "scans.csv", [&](double time, std::string&) {
+    stamps.push_back(time);
     return true;
   });
+  const Trajectory truth = Trajectory::read_tum(data / "groundtruth.txt");
+  const SE3 T_body_lidar = open_recording(data.string())->calibration().lidar->T_body_lidar;
+  std::mt19937 rng(6);
+  std::uniform_real_distribution<double> any(0, 1);
+  const auto [first, step] = [&] {
+    std::ifstream in(data / "scans.csv");
+    std::string line;
+    while (std::getline(in, line) && (line.empty() || line[0] == '#')) continue;
+    std::stringstream cells(line);
+    double t, angle_min, increment;
+    char comma;
+    cells >> t >> comma >> angle_min >> comma >> increment;
+    return std::pair(angle_min, increment);
+  }();
+  int panes = 0;
+  edit_ranges(data / "scans.csv", [&](int scan, int beam, double range) {
+    const auto pose = truth.at(Timestamp::from_seconds(stamps[static_cast<std::size_t>(scan)]));
+    if (!pose) return range;
+    const double a = first + beam * step;
+    const SE3 T = *pose * T_body_lidar;
+    const Eigen::Vector3d towards = T.so3() * Eigen::Vector3d(std::cos(a), std::sin(a), 0);
+    const Eigen::Vector3d end = T.translation() + range * towards;
+    constexpr double kWall = 3;  // m: the room is 6 m wide
+    if (!(range > 0) || std::abs(end.y() - kWall) > 0.1) return range;
+    ++panes;
+    if (towards.y() > 0.995) return range;  // within six degrees of the normal
+    const double what = any(rng);
+    return what < 0.1 ? range : what < 0.8 ? 0.0 : range + 0.3 + 3 * any(rng);
+  });
+  ASSERT_GT(panes, 1000);
   const Outcome outcome = map_and_evaluate(folder, data);
   EXPECT_LT(outcome.ate, 0.02);
   EXPECT_EQ(outcome.spurious, 0u);

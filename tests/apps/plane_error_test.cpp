@@ -77,5 +77,15 @@ TEST(PlaneErrors, MovesTheMapFirst) {
   EXPECT_LT(errors.rho_max_m, 1e-12);
 }
 
+TEST(NearPairs, AreWallsThatLookDrawnTwice) {
+  const std::vector<MapPlane> map{map_wall(1, 5, -4, 4),       map_wall(2, 5.2, -2, 0),
+                                  map_wall(3, 5.5, -4, 4),     map_wall(4, 5.1, 6, 8),
+                                  map_wall(5, 5.1, 1, 3, 0.1), map_wall(6, -5, -4, 4)};
+  // Too far, beside it, turned, and elsewhere are none.
+  const std::vector<std::pair<std::int64_t, std::int64_t>> expected{{1, 2}, {2, 3}};
+  EXPECT_EQ(near_pairs(map, {.max_distance = 0.31}), expected);
+  EXPECT_EQ(near_pairs(map, {.max_distance = 0.1}).size(), 0u);
+}
+
 }  // namespace
 }  // namespace lamina::apps
