@@ -212,7 +212,7 @@ Moments Mapper::factor_moments(const PlaneEvidence& e) const {
 }
 
 void Mapper::add_to_plane(PlaneId id, const PlaneEvidence& evidence, Timestamp stamp) {
-  ensure_in_window(id);
+  ensure_in_window(id, evidence);
   PlaneLandmark& plane = graph_.at(id);
   auto known = gathered_.find(id);
   if (known == gathered_.end()) {
@@ -242,13 +242,22 @@ void Mapper::add_to_plane(PlaneId id, const PlaneEvidence& evidence, Timestamp s
   if (!evidence.partial) partial_.erase(id);
 }
 
-void Mapper::ensure_in_window(PlaneId id) {
+void Mapper::ensure_in_window(PlaneId id, const PlaneEvidence& evidence) {
   if (window_.contains(id)) return;
   const PlaneLandmark& plane = graph_.at(id);
   window_.add_plane(id, plane.plane_anchor, plane.anchor_map, plane.covariance);
-  if (partial_.count(id)) {
-    window_.add_weak_prior(id, options_.prior_tilt_deg * kDegree, options_.prior_distance_m);
+  if (!partial_.count(id)) return;
+  // Upright on the scan, as when it was new. About its present tilt the prior would follow every
+  // return's noise, and after many a wall would lie flat in the scan, where it fits all there is.
+  const Plane& now = plane.plane_anchor;
+  Eigen::Vector3d upright = now.normal();
+  if (evidence.partial) {
+    const Eigen::Vector3d scan = graph_.at(keyframe_).T_map_body.so3() * evidence.scan_normal_body;
+    upright -= upright.dot(scan) * scan;
   }
+  const auto at = Plane::from_normal_rho(upright, now.rho() * upright.norm());
+  window_.add_prior(id, at.value_or(now), options_.prior_tilt_deg * kDegree,
+                    options_.prior_distance_m);
 }
 
 // --------------------------------------------------------------------------- estimation

@@ -133,7 +133,7 @@ class Mapper {
   void hold_first_floor(PlaneId id);
   bool hold(PlaneId id, const Plane& at_anchor, double sigma_tilt, double sigma_rho);
   std::optional<PlaneId> promote(Tentative& tentative);
-  void ensure_in_window(PlaneId id);
+  void ensure_in_window(PlaneId id, const PlaneEvidence& evidence);
   Moments factor_moments(const PlaneEvidence& evidence) const;
   std::vector<std::pair<PlaneId, PlaneId>> merge_coplanar();
   std::vector<std::pair<PlaneId, PlaneId>> merge_refined();
