@@ -175,18 +175,26 @@ Mapper map_offline(Run& run) {
   return mapper;
 }
 
+constexpr double kGrown = 1.1;  // the graph, since it was last refined
+
 // Online: what a robot would have had at each instant.
 Mapper map_online(Run& run) {
   MapOutput& output = run.output;
   Mapper mapper(run.settings.mapper);
   LoopBook book;
+  double refined_at = 0;  // keyframes
   for_each_step(run, [&](JournalEntry&& entry) {
     map_step(entry.step, mapper, book, output);
     if (run.live) run.live->mapped(entry.step, mapper, output.metrics);
-    if (book.hand_over(entry.loops, mapper) > 0) {
-      output.metrics.counts["scan_loops"] += static_cast<double>(entry.loops.size());
+    const int taken = book.hand_over(entry.loops, mapper);
+    output.metrics.counts["scan_loops"] += taken;
+    // The whole graph moves when a loop says that it is wrong, or much was added since it last did.
+    const auto keyframes = static_cast<double>(mapper.graph().keyframes.size());
+    if (taken > 0 &&
+        (!newest_loops_agree(mapper.graph(), taken) || keyframes > kGrown * refined_at)) {
       const auto timer = output.metrics.time("refine");
       mapper.refine();
+      refined_at = keyframes;
     }
     return plane_count(mapper);
   });
