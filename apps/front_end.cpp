@@ -93,18 +93,24 @@ std::optional<Step> FrontEnd::process(const Measurement& measurement, io::Metric
   return std::nullopt;
 }
 
-// Odometry that ends before the first frame, or begins after the last, is none.
-void FrontEnd::meet_wheels(Timestamp stamp) {
+// False where the stamp goes back. Odometry that ends before the first frame, or begins after the
+// last, is none.
+bool FrontEnd::meet(Timestamp stamp) {
+  if (last_step_ && stamp < *last_step_) {
+    ++skipped_["stamp goes back"];
+    return false;
+  }
   wheels_met_ = wheels_met_ || wheels_.at(stamp).has_value();
   // A scan asks back to the last scan, an image to the last step.
   const auto from = last_scan_ ? last_scan_ : last_step_;
   if (from) wheels_.forget_before(*from);
+  return true;
 }
 
-bool FrontEnd::out_of_order(Timestamp stamp) {
-  if (!last_step_ || stamp >= *last_step_) return false;
-  ++skipped_["stamp goes back"];
-  return true;
+// What the wheels say of the way from one measurement to the next.
+std::optional<Increment> FrontEnd::driven(const std::optional<Timestamp>& from,
+                                          Timestamp to) const {
+  return from ? wheels_.between(*from, to) : std::nullopt;
 }
 
 // Where the chain of motions stands at a stamp by wheels alone. The map frame is the odometry
@@ -163,13 +169,10 @@ Increment FrontEnd::advance(const SE3& T_start_body, const Matrix6d& covariance,
 }
 
 std::optional<Step> FrontEnd::process_scan(const LaserScan& scan, io::Metrics& metrics) {
-  if (out_of_order(scan.stamp)) return std::nullopt;
-  meet_wheels(scan.stamp);
+  if (!meet(scan.stamp)) return std::nullopt;
   std::optional<MotionGuess> guess;
-  if (last_scan_) {
-    if (const auto moved = wheels_.between(*last_scan_, scan.stamp)) {
-      guess = MotionGuess{moved->T_from_to, moved->covariance};
-    }
+  if (const auto moved = driven(last_scan_, scan.stamp)) {
+    guess = MotionGuess{moved->T_from_to, moved->covariance};
   }
   Step step;
   ScanMotion motion;
@@ -252,12 +255,10 @@ Increment FrontEnd::move_by_depth(const DepthFrame& frame, const FloorResult& fl
 
 std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind kind,
                                             io::Metrics& metrics) {
-  if (out_of_order(frame.stamp)) return std::nullopt;
-  meet_wheels(frame.stamp);
+  if (!meet(frame.stamp)) return std::nullopt;
   depth_seen_ = true;
   Step step;
-  std::optional<Increment> moved;
-  if (last_step_) moved = wheels_.between(*last_step_, frame.stamp);
+  std::optional<Increment> moved = driven(last_step_, frame.stamp);
   FloorResult floor;
   {
     const auto timer = metrics.time("floor");
@@ -299,12 +300,10 @@ std::optional<Step> FrontEnd::process_cloud(const CloudFrame& cloud, io::Metrics
     ++skipped_["cloud without points"];
     return std::nullopt;
   }
-  if (out_of_order(cloud.stamp)) return std::nullopt;
-  meet_wheels(cloud.stamp);
+  if (!meet(cloud.stamp)) return std::nullopt;
   depth_seen_ = true;
   Step step;
-  std::optional<Increment> moved;
-  if (last_step_) moved = wheels_.between(*last_step_, cloud.stamp);
+  std::optional<Increment> moved = driven(last_step_, cloud.stamp);
   const auto timer = metrics.time("floor");
   const FloorResult floor = floor_.process(cloud);
   step.observations = floor.to_observations();

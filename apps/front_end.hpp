@@ -92,8 +92,8 @@ class FrontEnd {
   Increment coast(Timestamp stamp) const;
   std::optional<Plane> first_floor_map();
   Matrix6d held_level(Matrix6d covariance) const;
-  bool out_of_order(Timestamp stamp);
-  void meet_wheels(Timestamp stamp);
+  bool meet(Timestamp stamp);
+  std::optional<Increment> driven(const std::optional<Timestamp>& from, Timestamp to) const;
 
   bool planar_;                           // the robot stands on a floor
   bool depth_seen_ = false;               // and something sees that floor
