@@ -1,13 +1,14 @@
 // What the segment front-end makes of a recording, in figures and a picture.
-//   segments_report INPUT [PICTURE.svg [TRAJECTORY.txt]]      INPUT: a recording, or
-//   sim:NAME[,seed]
+//   segments_report [--list] INPUT [PICTURE.svg [TRAJECTORY.txt]]
+// INPUT: a recording, or sim:NAME[,SEED[,key=value...]] with the scene's settings. --list: every
+// switch of id and false match of a simulated one.
 // The picture is drawn along TRAJECTORY (of a map), or along odometry.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <fstream>
 #include <memory>
-#include <set>
+#include <sstream>
 
 #include <lamina/frontend/segments/segment_frontend.hpp>
 #include <lamina/models/error.hpp>
@@ -15,6 +16,8 @@
 #include <lamina/sensors/odometry_track.hpp>
 #include <lamina/sensors/recording.hpp>
 #include <lamina/sim/sim_recording.hpp>
+
+#include "segments_truth.hpp"
 
 using namespace lamina;
 
@@ -37,9 +40,17 @@ Input read_input(const std::string& name) {
   std::unique_ptr<Recording> recording;
   const sim::Simulation* simulation = nullptr;
   if (name.rfind("sim:", 0) == 0) {
-    const std::size_t comma = name.find(',');
-    const std::uint64_t seed = comma == std::string::npos ? 1 : std::stoull(name.substr(comma + 1));
-    sim::World world = sim::make_scene(name.substr(4, comma - 4));
+    std::vector<std::string> words;
+    std::istringstream stream(name.substr(4));
+    for (std::string word; std::getline(stream, word, ',');) words.push_back(word);
+    const std::uint64_t seed = words.size() > 1 ? std::stoull(words[1]) : 1;
+    sim::Parameters parameters;
+    for (std::size_t k = 2; k < words.size(); ++k) {
+      const std::size_t equals = words[k].find('=');
+      if (equals == std::string::npos) throw Error(words[k] + ": expected KEY=VALUE");
+      parameters[words[k].substr(0, equals)] = words[k].substr(equals + 1);
+    }
+    sim::World world = sim::make_scene(words.at(0), parameters);
     world.rig.depth.reset();
     world.rig.stereo.reset();
     auto owned = std::make_unique<sim::Simulation>(std::move(world), seed);
@@ -68,72 +79,6 @@ Input read_input(const std::string& name) {
   input.model = recording->calibration().odometry;
   return input;
 }
-
-int majority_plane(const ScanSegment& segment, const std::vector<int>& planes) {
-  std::map<int, int> votes;
-  const int n = static_cast<int>(planes.size());
-  const int span = (segment.last_beam - segment.first_beam + n) % n;
-  for (int i = 0; i <= span; ++i) {
-    ++votes[planes[static_cast<std::size_t>((segment.first_beam + i) % n)]];
-  }
-  const auto most = std::max_element(
-      votes.begin(), votes.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  return most->first;
-}
-
-bool same_plane(const Plane& a, const Plane& b) {
-  const double dot = a.normal().dot(b.normal());
-  return std::abs(dot) > std::cos(1 * M_PI / 180) &&
-         std::abs(a.rho() - (dot > 0 ? b.rho() : -b.rho())) < 0.03;
-}
-
-// Switches and false matches against the simulator's truth. A switch: a piece of a true plane that
-// overlaps a piece seen in the scan before (by more than half of the shorter), under other ids
-// only.
-struct Truth {
-  struct Piece {
-    int plane;
-    std::int64_t track;
-    Eigen::Vector3d a, b;  // odometry frame
-  };
-  std::vector<Piece> previous;
-  std::map<std::int64_t, int> plane_of_track;
-  std::int64_t matches = 0, switches = 0, false_matches = 0, no_plane = 0, segments = 0;
-
-  static bool overlap(const Piece& p, const Piece& q) {
-    const Eigen::Vector3d d = (p.b - p.a).normalized();
-    const double p1 = (p.b - p.a).norm(), u = d.dot(q.a - p.a), v = d.dot(q.b - p.a);
-    const double shared = std::min(p1, std::max(u, v)) - std::max(0.0, std::min(u, v));
-    return shared > 0.5 * std::min(p1, std::abs(u - v));
-  }
-
-  void add(const Observations& out, const SE3& T_odom_body, const Input& input, const Item& item) {
-    std::vector<Piece> now;
-    const SE3 T = T_odom_body * out.T_body_sensor;
-    for (const SegmentObservation& s : out.segments) {
-      const int plane = majority_plane(s.segment, item.planes);
-      ++segments;
-      no_plane += plane < 0 ? 1 : 0;
-      if (plane < 0 || s.track < 0) continue;
-      now.push_back({plane, s.track,
-                     T * Eigen::Vector3d(s.segment.start.x(), s.segment.start.y(), 0),
-                     T * Eigen::Vector3d(s.segment.end.x(), s.segment.end.y(), 0)});
-      ++matches;
-      const auto known = plane_of_track.emplace(s.track, plane).first;
-      const std::size_t first = static_cast<std::size_t>(known->second);
-      const std::size_t here = static_cast<std::size_t>(plane);
-      false_matches += !same_plane(input.planes_map[first], input.planes_map[here]) ? 1 : 0;
-      bool seen = false, kept = false;
-      for (const Piece& old : previous) {
-        if (old.plane != plane || !overlap(now.back(), old)) continue;
-        seen = true;
-        kept |= old.track == s.track;
-      }
-      switches += seen && !kept ? 1 : 0;
-    }
-    previous = std::move(now);
-  }
-};
 
 std::string colour(std::int64_t track) {
   if (track < 0) return "#bbbbbb";
@@ -199,14 +144,14 @@ double quantile(std::vector<double> values, double q) {
   return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1))];
 }
 
-int run(const std::string& name, const char* picture_file, const char* path_file) {
+int run(const std::string& name, const char* picture_file, const char* path_file, bool list) {
   const Trajectory path = path_file ? Trajectory::read_tum(path_file) : Trajectory();
   const Input input = read_input(name);
   TrackingOptions tracking;
   tracking.odometry = input.model;
   SegmentFrontend frontend({}, tracking);
   Picture picture;
-  Truth truth;
+  TrackTruth truth(input.planes_map, list);
   std::map<std::int64_t, int> length;
   std::vector<double> times, scales;
   std::int64_t segments = 0, tracked = 0, returns = 0, loose = 0, curved = 0;
@@ -231,7 +176,7 @@ int run(const std::string& name, const char* picture_file, const char* path_file
       tracked += s.track >= 0 ? 1 : 0;
       if (s.track >= 0) ++length[s.track];
     }
-    if (!item.planes.empty()) truth.add(out, T_odom_last.value_or(SE3()), input, item);
+    if (!item.planes.empty()) truth.add(out, T_odom_last.value_or(SE3()), item.planes);
     const std::optional<SE3> drawn = path.empty() ? T_odom_last : path.at(item.scan.stamp);
     if (k % stride == 0 && drawn) picture.add(out, *drawn);
   }
@@ -254,14 +199,7 @@ int run(const std::string& name, const char* picture_file, const char* path_file
               counts.bends, counts.reacquired, counts.fragments);
   std::printf("  time a scan: median %.3f ms, p95 %.3f ms\n", quantile(times, 0.5),
               quantile(times, 0.95));
-  if (truth.segments > 0) {
-    std::printf(
-        "  truth: id switches %ld, false matches %ld of %ld (%.2f %%), segments on no plane %ld of "
-        "%ld\n",
-        truth.switches, truth.false_matches, truth.matches,
-        100.0 * double(truth.false_matches) / std::max<double>(1, double(truth.matches)),
-        truth.no_plane, truth.segments);
-  }
+  truth.print();
   if (picture_file) picture.write(picture_file);
   return 0;
 }
@@ -269,13 +207,19 @@ int run(const std::string& name, const char* picture_file, const char* path_file
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 2) {
+  std::vector<const char*> words(argv + 1, argv + argc);
+  const auto list = std::find(words.begin(), words.end(), std::string("--list"));
+  const bool listed = list != words.end();
+  if (listed) words.erase(list);
+  if (words.empty()) {
     std::fprintf(stderr,
-                 "usage: segments_report INPUT|sim:NAME[,SEED] [PICTURE.svg [TRAJECTORY.txt]]\n");
+                 "usage: segments_report [--list] INPUT|sim:NAME[,SEED[,KEY=VALUE...]] "
+                 "[PICTURE.svg [TRAJECTORY.txt]]\n");
     return 2;
   }
+  words.resize(3, nullptr);
   try {
-    return run(argv[1], argc > 2 ? argv[2] : nullptr, argc > 3 ? argv[3] : nullptr);
+    return run(words[0], words[1], words[2], listed);
   } catch (const Error& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 2;

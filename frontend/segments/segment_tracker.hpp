@@ -14,11 +14,20 @@
 
 namespace lamina {
 
+/// One stretch of a followed plane.
+struct TrackPiece {
+  Eigen::Vector3d start, end;  ///< m
+};
+template <class A>
+void fields(A& a, TrackPiece& v) {
+  a(v.start, v.end);
+}
+
 /// One followed plane. Geometry in the scanner's frame of the last scan.
 struct SegmentTrack {
   std::int64_t id = -1;
   PlaneFilter filter;
-  Eigen::Vector3d start, end;  ///< of its last sighting, carried along (m)
+  std::vector<TrackPiece> pieces;  ///< of its last sighting, carried along
   Timestamp first_seen, last_seen;
   int observations = 1;
   int missed = 0;  ///< scans since it was seen
@@ -26,30 +35,35 @@ struct SegmentTrack {
   int bends = 0;   ///< how many bends in a row led to it
   double cusum_up = 0, cusum_down = 0;
   bool seen = true;  ///< in the last scan
+
+  bool proven() const { return observations >= needed; }
 };
 
 template <class A>
 void fields(A& a, SegmentTrack& v) {
-  a(v.id, v.filter, v.start, v.end, v.first_seen, v.last_seen, v.observations, v.missed, v.needed,
+  a(v.id, v.filter, v.pieces, v.first_seen, v.last_seen, v.observations, v.missed, v.needed,
     v.bends, v.cusum_up, v.cusum_down, v.seen);
 }
 
 struct TrackingCounts {
   std::int64_t births = 0, confirmed = 0, deaths = 0, bends = 0, reacquired = 0, fragments = 0;
+  std::int64_t joined = 0;  ///< proved to be an older track before they got an id
 };
 template <class A>
 void fields(A& a, TrackingCounts& v) {
-  a(v.births, v.confirmed, v.deaths, v.bends, v.reacquired, v.fragments);
+  a(v.births, v.confirmed, v.deaths, v.bends, v.reacquired, v.fragments, v.joined);
 }
 
 /// The method of [Laser planes document, 2.2-2.3]: a segment continues the track whose *predicted*
 /// line it is collinear with (equations 1, 2: here a Mahalanobis distance over rho and theta, with
 /// the plane's unknown tilt, the motion's and both lines' uncertainty) and overlaps (equation 3).
 /// The assignment is the globally best of a scan, not the first found (equation 4 chooses per
-/// segment). Pieces of a tracked wall beyond a door or a person share its id. A track whose
-/// innovations lean to one side once its tilt is known is no plane: it ends, and what is seen from
-/// then on is a new track; after two bends in a row a piece must outlive the one before it to
-/// count, so a vault or a tank never does.
+/// segment). All pieces of a wall that were seen in the scan before are candidates, so a wall that
+/// falls in two keeps its id on both sides; a track out of sight must fit better than one just
+/// seen; and before a track gets an id, it must not be an older one. Pieces beyond a door share its
+/// id. A track whose innovations lean to one side once its tilt is known is no plane: it ends, and
+/// what is seen from then on is a new track; after two bends in a row a piece must outlive the one
+/// before it to count, so a vault or a tank never does.
 class SegmentTracker {
  public:
   /// Throws lamina::Error for options that have problems().
@@ -87,20 +101,33 @@ class SegmentTracker {
   }
 
  private:
+  struct LineCost {
+    double squared, cost;  // Mahalanobis distance; what the assignment weighs
+  };
   void predict(const SE3& T_curr_prev, const Matrix6d& covariance);
+  // Which track each segment belongs to, -1: none (segment_match.cpp).
   std::vector<int> match(const std::vector<ScanSegment>& segments) const;
   std::vector<int> doubt_motion(const std::vector<ScanSegment>& segments,
-                                const std::vector<SegmentTrack>& before, std::vector<int> column,
+                                const std::vector<SegmentTrack>& before, std::vector<int> owner,
                                 SE3& T_prev_curr, double interval);
   bool leaps(const SE3& T_given, const SE3& T_steady, const Matrix6d& steady_covariance) const;
-  int lost(const std::vector<int>& column) const;
-  std::vector<AssignmentCandidate> candidates(const std::vector<ScanSegment>& segments) const;
-  std::optional<double> match_cost(const SegmentTrack& track, const ScanSegment& segment,
-                                   const Eigen::Matrix2d& R, double allowed_gap) const;
+  int lost(const std::vector<int>& owner) const;
+  std::vector<AssignmentCandidate> candidates(const std::vector<ScanSegment>& segments,
+                                              std::vector<int>& track_of_row) const;
+  void continue_pieces(const std::vector<ScanSegment>& segments, std::vector<int>& owner) const;
+  std::optional<LineCost> match_cost(const SegmentTrack& track, const ScanSegment& segment,
+                                     const Eigen::Matrix2d& R) const;
+  // What becomes of the tracks (segment_tracker.cpp).
+  void take(const std::vector<ScanSegment>& segments, const std::vector<int>& owner,
+            Timestamp stamp);
   void observe(SegmentTrack& track, const ScanSegment& segment, std::size_t index, Timestamp stamp);
+  void add_piece(SegmentTrack& track, const ScanSegment& segment, std::size_t index);
   bool bends(SegmentTrack& track, const ScanSegment& segment, const Eigen::Matrix2d& R);
   SegmentTrack born(const ScanSegment& segment, std::size_t index, Timestamp stamp);
   void share_fragments(const std::vector<ScanSegment>& segments, std::vector<int>& owner);
+  int elder_of(int young, const ScanSegment& segment) const;
+  void join_elders(const std::vector<ScanSegment>& segments, std::vector<int>& owner,
+                   Timestamp stamp);
   void retire(Timestamp stamp);
 
   TrackingOptions options_;

@@ -30,6 +30,7 @@ struct ScanMaker {
   LidarNoise noise{0.01, 0.0, 0.0};
   double range_max = 30;
   bool descending = false;
+  double sigma_per_m = 0;  ///< noise that grows with range, of which the scan's model says nothing
 
   LaserScan empty() const {
     LaserScan scan;
@@ -67,7 +68,8 @@ struct ScanMaker {
         best = r;
         if (hits) (*hits)[i] = static_cast<int>(w);
       }
-      const double error = noise.range_sigma * normal(random);
+      const double sigma = noise.range_sigma + sigma_per_m * std::min(best, range_max);
+      const double error = sigma * normal(random);
       if (best < range_max) out.ranges[i] = static_cast<float>(best + error);
     }
     return out;

@@ -4,6 +4,7 @@
 #include <functional>
 #include <lamina/frontend/segments/segment_frontend.hpp>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "scan_maker.hpp"
@@ -174,6 +175,67 @@ TEST(SegmentFrontend, OrdinaryChangesOfSpeedAreNoLeaps) {
   EXPECT_EQ(ids[5], ids[4]);
   EXPECT_FALSE(frontend.tracker().contradicted());
   EXPECT_FALSE(frontend.tracker().leap().has_value());
+}
+
+// Ids of the pieces of the wall x = 5, seen from the origin past the box of each scan (its front,
+// empty: no box).
+std::vector<std::set<std::int64_t>> ids_past_boxes(
+    const std::vector<std::optional<test::Wall>>& boxes) {
+  ScanMaker maker;
+  std::mt19937 random(6);
+  SegmentFrontend frontend;
+  std::vector<std::set<std::int64_t>> out;
+  for (std::size_t k = 0; k < boxes.size(); ++k) {
+    std::vector<test::Wall> walls = {{{5, -6}, {5, 6}}};
+    if (boxes[k]) walls.push_back(*boxes[k]);
+    LaserScan scan = maker.scan(walls, random);
+    scan.stamp = Timestamp::from_seconds(0.1 * double(k));
+    std::set<std::int64_t> ids;
+    for (const SegmentObservation& s : frontend.process(scan, SE3()).segments) {
+      if (std::abs(s.segment.rho - 5) < 0.2) ids.insert(s.track);
+    }
+    out.push_back(ids);
+  }
+  return out;
+}
+
+TEST(SegmentFrontend, AWallThatABoxDividesIsOneWall) {
+  std::vector<std::optional<test::Wall>> boxes(20);
+  std::fill(boxes.begin() + 5, boxes.begin() + 12, test::Wall{{3, -1}, {3, 1}});
+  const auto ids = ids_past_boxes(boxes);
+  for (std::size_t k = 3; k < ids.size(); ++k) {
+    EXPECT_EQ(ids[k].size(), 1u) << k;
+    EXPECT_EQ(ids[k], ids[3]) << k;
+  }
+  EXPECT_GE(*ids[3].begin(), 0);
+}
+
+TEST(SegmentFrontend, TwoPiecesThatProveToBeOneWallStayOne) {
+  std::vector<std::optional<test::Wall>> boxes(24);
+  std::fill(boxes.begin(), boxes.begin() + 8, test::Wall{{3, -1}, {3, 1}});
+  std::fill(boxes.begin() + 14, boxes.end(), test::Wall{{3, -1}, {3, 1}});
+  const auto ids = ids_past_boxes(boxes);
+  EXPECT_EQ(ids[7].size(), 2u);  // 3.3 m apart
+  EXPECT_EQ(ids[8].size(), 1u);
+  EXPECT_EQ(ids[7].count(*ids[8].begin()), 1u);
+  for (std::size_t k = 9; k < ids.size(); ++k) EXPECT_EQ(ids[k], ids[8]) << k;
+}
+
+TEST(SegmentFrontend, AWallCentimetresBehindAnotherIsNoPieceOfIt) {
+  ScanMaker maker;
+  std::mt19937 random(6);
+  SegmentFrontend frontend;
+  std::set<std::int64_t> near, far;
+  for (int k = 0; k < 10; ++k) {
+    LaserScan scan = maker.scan({{{5, -4}, {5, -0.5}}, {{5.08, 0.5}, {5.08, 4}}}, random);
+    scan.stamp = Timestamp::from_seconds(0.1 * k);
+    for (const SegmentObservation& s : frontend.process(scan, SE3()).segments) {
+      if (s.track >= 0) (s.segment.start.y() < 0 ? near : far).insert(s.track);
+    }
+  }
+  EXPECT_EQ(near.size(), 1u);
+  EXPECT_EQ(far.size(), 1u);
+  EXPECT_NE(near, far);
 }
 
 TEST(SegmentTracker, AGivenPlanePredictsItsTrack) {
