@@ -1,9 +1,12 @@
 // Accuracy and speed of the segment front-end on simulated rooms and polygons.
 //   segments_bench
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <map>
 #include <numeric>
+#include <set>
 
 #include <lamina/frontend/segments/segment_frontend.hpp>
 
@@ -180,6 +183,58 @@ void scanners() {
   }
 }
 
+// A robot that turns on the spot, 2 rad/s, in a room of 8 x 6 m with four boxes; a scan is what the
+// beams saw one after the other. A switch: a wall under none of its ids of the scan
+// before.
+void turning() {
+  constexpr double kRate = 2, kScansPerSecond = 5;
+  constexpr int kScans = 200;
+  std::printf("\n%-38s %7s %7s %7s %9s %9s\n", "turning at 2 rad/s, 5 scans a second", "recall",
+              "false", "lines", "switches", "followed");
+  for (const double sweep : {0.0, 0.01875, 0.0375, 0.075, 0.15}) {
+    ScanMaker maker;
+    maker.beams = 541;
+    maker.noise = {0.01, 0.0005, 0.0};
+    maker.turn = kRate * sweep;
+    std::mt19937 random(5), furniture(3);
+    const std::vector<Wall> still = furnished_room(furniture);
+    SegmentFrontend frontend;
+    LineScore total;
+    std::map<int, std::set<std::int64_t>> before;
+    int switches = 0, followed = 0;
+    for (int k = 0; k < kScans; ++k) {
+      const double yaw = k * kRate / kScansPerSecond;
+      const Eigen::Rotation2Dd R(-yaw);
+      std::vector<Wall> walls;
+      for (const Wall& wall : still) walls.push_back({R * wall.a, R * wall.b});
+      std::vector<int> hits;
+      LaserScan scan = maker.scan(walls, random, &hits);
+      scan.stamp = Timestamp::from_seconds(k / kScansPerSecond);
+      const Observations out =
+          frontend.process(scan, SE3::planar(0, 0, k == 0 ? 0 : kRate / kScansPerSecond));
+      const std::vector<ScanSegment>& segments = frontend.last().segments;
+      total.add(test::score(segments, maker.truth(walls, hits), hits, 0.01));
+      std::map<int, std::set<std::int64_t>> now;
+      for (const SegmentObservation& s : out.segments) {
+        if (s.track >= 0) {
+          now[test::majority_wall(s.segment, hits, walls.size())].insert(s.track);
+        }
+      }
+      for (const auto& [wall, ids] : now) {
+        const auto old = before.find(wall);
+        if (old == before.end()) continue;
+        ++followed;
+        switches += std::none_of(ids.begin(), ids.end(),
+                                 [&](std::int64_t id) { return old->second.count(id) > 0; });
+      }
+      before = std::move(now);
+    }
+    std::printf("sweep %.0f ms, turns %-19.1f %7.4f %7.3f %7.2f %9d %9d\n", 1e3 * sweep,
+                maker.turn * 180 / M_PI, total.recall(), double(total.false_lines) / kScans,
+                double(total.detected) / kScans, switches, followed);
+  }
+}
+
 void speed() {
   for (const Case& c : kCases) {
     ScanMaker maker;
@@ -219,6 +274,7 @@ void speed() {
 int main() {
   accuracy();
   scanners();
+  turning();
   std::printf("\nleast of 100 repetitions a scan, median over 50 scans, one thread\n");
   speed();
 }

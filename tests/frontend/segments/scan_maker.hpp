@@ -30,6 +30,7 @@ struct ScanMaker {
   LidarNoise noise{0.01, 0.0, 0.0};
   double range_max = 30;
   bool descending = false;
+  double turn = 0;         ///< rad that the scanner turns from the first beam to the last
   double sigma_per_m = 0;  ///< noise that grows with range, of which the scan's model says nothing
 
   LaserScan empty() const {
@@ -60,7 +61,8 @@ struct ScanMaker {
     std::normal_distribution<double> normal;
     if (hits) hits->assign(out.size(), -1);
     for (std::size_t i = 0; i < out.size(); ++i) {
-      const double angle = out.angle(i) + noise.angle_sigma * normal(random);
+      const double swept = turn * (static_cast<double>(i) / std::max(1, beams - 1) - 0.5);
+      const double angle = out.angle(i) + swept + noise.angle_sigma * normal(random);
       double best = range_max;
       for (std::size_t w = 0; w < walls.size(); ++w) {
         const double r = hit(walls[w], angle);
