@@ -305,7 +305,8 @@ void Mapper::localize(Step& step) {
 }
 
 void Mapper::solve_window(Step& step) {
-  const WindowReport report = window_.solve();
+  WindowReport report = window_.solve();
+  if (report.finite && hold_fallen() > 0) report = window_.solve();
   step.result.window = report;
   if (!report.finite) return;
   for (const KeyframeId id : window_.keyframes()) graph_.at(id).T_map_body = window_.pose(id);
@@ -315,6 +316,33 @@ void Mapper::solve_window(Step& step) {
   keyframe_covariance_ = window_.newest_covariance();
   joint_.clear();
   for (const auto& [id, C] : window_.joint_covariances(window_.planes())) joint_.emplace(id, C);
+}
+
+// Lines that contradict each other (a bent wall, a pose that is off) agree best on a plane that
+// lies in the scan, which no beam can meet: what has fallen that way is stood up and held, in the
+// window alone: the graph's own prior is about upright already.
+std::size_t Mapper::hold_fallen() {
+  constexpr double kFallen = 0.5;      // sine of what a wall may lean on the scan: 30 degrees
+  constexpr double kSigmaShare = 0.2;  // of the prior's
+  std::size_t held = 0;
+  for (const auto& [id, evidence] : gathered_) {
+    if (!partial_.count(id) || !evidence.partial || !window_.contains(id)) continue;
+    const Eigen::Vector3d scan = window_.pose(keyframe_).so3() * evidence.scan_normal_body;
+    const Plane now = window_.plane_anchor(id);
+    const double lean = now.normal().dot(scan);
+    if (std::abs(lean) < kFallen) continue;
+    // The line it makes in the scan now says nothing: the one that was seen does.
+    Eigen::Vector3d upright = window_.pose(keyframe_).so3() * evidence.plane_body.normal();
+    upright -= upright.dot(scan) * scan;
+    const auto at = Plane::from_normal_rho(upright, 0);
+    if (!at) continue;
+    const Eigen::Vector3d seen = window_.pose(keyframe_) * evidence.moments_body.mean();
+    const double rho = at->normal().dot(seen - graph_.at(id).anchor_map);
+    held += window_.add_prior(id, Plane(at->normal(), rho),
+                              kSigmaShare * options_.prior_tilt_deg * kDegree,
+                              options_.prior_distance_m);
+  }
+  return held;
 }
 
 void Mapper::tidy(Step& step) {

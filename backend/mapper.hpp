@@ -131,6 +131,7 @@ class Mapper {
                         std::int64_t track, Timestamp stamp);
   void refit(Tentative& tentative) const;
   void hold_first_floor(PlaneId id);
+  std::size_t hold_fallen();
   bool hold(PlaneId id, const Plane& at_anchor, double sigma_tilt, double sigma_rho);
   std::optional<PlaneId> promote(Tentative& tentative);
   void ensure_in_window(PlaneId id, const PlaneEvidence& evidence);
