@@ -143,6 +143,8 @@ class Mapper {
   void close_loop(const SE3& T_old_new, const std::vector<std::pair<PlaneId, PlaneId>>& pairs);
   void remember_merge(PlaneId from);
   void absorb(PlaneId from, PlaneId into);
+  void share_outlines(PlaneId old, PlaneId made);
+  const Keyframe* stand_in_for(const Keyframe& keyframe) const;
   void retire(KeyframeId id);
   void remake_outlines();
   MapPlane map_plane(const PlaneLandmark& plane) const;

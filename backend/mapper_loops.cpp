@@ -1,10 +1,13 @@
 // Places met again, motions told from outside, refinement, and keyframes that are not needed.
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/mapper_step.hpp>
 #include <lamina/backend/plane_split.hpp>
+#include <lamina/backend/shared_planes.hpp>
 
 namespace lamina {
 namespace {
@@ -24,6 +27,26 @@ RecognitionPlane recognition_plane(const PlaneLandmark& plane, const Eigen::Matr
   const double limit = 0.1 * 0.1;
   result.covariance *= std::min(1.0, limit / std::max(1e-12, result.covariance(2, 2)));
   return result;
+}
+
+// Odometry from the keyframe before to the one after; nullopt at the ends of the path.
+std::optional<OdometryFactor> chained_past(const Graph& graph, KeyframeId id) {
+  const OdometryFactor *in = nullptr, *out = nullptr;
+  for (const auto& f : graph.odometry) {
+    if (f.to == id) in = &f;
+    if (f.from == id) out = &f;
+  }
+  if (!in || !out) return std::nullopt;
+  const auto covariance = [](const Matrix6d& S) {
+    return Matrix6d((S.transpose() * S).ldlt().solve(Matrix6d::Identity()));
+  };
+  const Matrix6d A = out->T_from_to.inverse().adjoint();
+  const Matrix6d C =
+      A * covariance(in->sqrt_information) * A.transpose() + covariance(out->sqrt_information);
+  const Eigen::LLT<Matrix6d> llt(C);
+  if (llt.info() != Eigen::Success) return std::nullopt;
+  const Matrix6d S = llt.matrixL().solve(Matrix6d::Identity());
+  return OdometryFactor{in->from, out->to, in->T_from_to * out->T_from_to, S};
 }
 
 }  // namespace
@@ -110,23 +133,38 @@ void Mapper::remake_outlines() {
   }
 }
 
+// The new plane's outline is what its keyframes saw; of those that saw both planes, the pieces that
+// lie on it.
+void Mapper::share_outlines(PlaneId old, PlaneId made) {
+  const Plane plane_old = graph_.at(old).plane_map(), plane_made = graph_.at(made).plane_map();
+  std::set<KeyframeId> see_old, see_made;
+  for (const auto& f : graph_.plane_moments) {
+    if (f.plane == old) see_old.insert(f.keyframe);
+    if (f.plane == made) see_made.insert(f.keyframe);
+  }
+  auto& pieces = outlines_[old];
+  const auto own = std::stable_partition(pieces.begin(), pieces.end(), [&](const OutlinePiece& p) {
+    const Keyframe* keyframe = graph_.find(p.keyframe);
+    if (!keyframe || see_made.count(p.keyframe) == 0) return true;
+    if (see_old.count(p.keyframe) == 0) return false;
+    double off_old = 0, off_made = 0;
+    for (const auto& x : p.points_body) {
+      off_old += std::abs(plane_old.signed_distance(keyframe->T_map_body * x));
+      off_made += std::abs(plane_made.signed_distance(keyframe->T_map_body * x));
+    }
+    return off_old <= off_made;
+  });
+  auto& taken = outlines_[made];
+  taken.insert(taken.end(), std::make_move_iterator(own), std::make_move_iterator(pieces.end()));
+  pieces.erase(own, pieces.end());
+}
+
 RefineResult Mapper::refine(const RefineOptions& options,
                             const std::function<bool(const RefineProgress&)>& progress) {
   const SE3 before = keyframe_ == KeyframeId::kNone ? SE3() : graph_.at(keyframe_).T_map_body;
   RefineResult result = lamina::refine(graph_, options, progress);
   const auto split = split_rejected(graph_, result.rejected);
-  for (const auto& [old, made] : split) {
-    // The new plane's outline is what its keyframes saw.
-    std::set<KeyframeId> seen_from;
-    for (const auto& f : graph_.plane_moments) {
-      if (f.plane == made) seen_from.insert(f.keyframe);
-    }
-    auto& pieces = outlines_[old];
-    for (const auto& piece : pieces) {
-      if (seen_from.count(piece.keyframe)) outlines_[made].push_back(piece);
-    }
-    std::erase_if(pieces, [&](const OutlinePiece& p) { return seen_from.count(p.keyframe) > 0; });
-  }
+  for (const auto& [old, made] : split) share_outlines(old, made);
   remake_outlines();
   std::size_t changes = split.size();
   if (options_.merge_planes) changes += merge_refined().size();
@@ -169,50 +207,46 @@ void Mapper::move(const SE3& T_new_map) {
   for (auto& tentative : tentatives_) refit(tentative);
 }
 
-// A keyframe beyond the window that an older one can stand in for goes: its planes are seen from
-// there, its frames and floor hang on the older one, odometry is chained past it.
-void Mapper::retire(KeyframeId id) {
-  const Keyframe* keyframe = graph_.find(id);
-  if (!keyframe || keyframe->fixed || options_.reuse_distance_m <= 0) return;
+// The nearest older keyframe that saw all that this one saw from about the same place.
+const Keyframe* Mapper::stand_in_for(const Keyframe& keyframe) const {
   const Keyframe* stand_in = nullptr;
   double nearest = options_.reuse_distance_m;
   for (const Keyframe& other : graph_.keyframes) {
-    if (other.id >= id) break;
+    if (other.id >= keyframe.id) break;
     if (window_.contains(other.id)) continue;
-    const SE3 between = other.T_map_body.inverse() * keyframe->T_map_body;
+    const SE3 between = other.T_map_body.inverse() * keyframe.T_map_body;
     const double off = between.translation().norm();
     if (off >= nearest || between.so3().log().norm() > options_.reuse_angle_deg * kDegree) continue;
     nearest = off;
     stand_in = &other;
   }
-  if (!stand_in) return;
+  if (!stand_in) return nullptr;
   std::set<PlaneId> there, here;
   for (const auto& f : graph_.plane_moments) {
-    if (f.keyframe == id) here.insert(f.plane);
+    if (f.keyframe == keyframe.id) here.insert(f.plane);
     if (f.keyframe == stand_in->id) there.insert(f.plane);
   }
-  if (!std::includes(there.begin(), there.end(), here.begin(), here.end())) return;
+  const bool all = std::includes(there.begin(), there.end(), here.begin(), here.end());
+  return all ? stand_in : nullptr;
+}
+
+// A keyframe beyond the window that an older one can stand in for goes: its planes are seen from
+// there, its frames and floor hang on the older one, odometry is chained past it.
+void Mapper::retire(KeyframeId id) {
+  const Keyframe* keyframe = graph_.find(id);
+  if (!keyframe || keyframe->fixed || options_.reuse_distance_m <= 0) return;
   for (const auto& loop : graph_.loops) {
     if (loop.from == id || loop.to == id) return;
   }
-  const OdometryFactor *in = nullptr, *out = nullptr;
-  for (const auto& f : graph_.odometry) {
-    if (f.to == id) in = &f;
-    if (f.from == id) out = &f;
-  }
-  if (!in || !out) return;
-  const auto covariance = [](const Matrix6d& S) {
-    return Matrix6d((S.transpose() * S).ldlt().solve(Matrix6d::Identity()));
-  };
-  const Matrix6d A = out->T_from_to.inverse().adjoint();
-  const Matrix6d C =
-      A * covariance(in->sqrt_information) * A.transpose() + covariance(out->sqrt_information);
-  const Eigen::LLT<Matrix6d> llt(C);
-  if (llt.info() != Eigen::Success) return;
-  const Matrix6d S = llt.matrixL().solve(Matrix6d::Identity());
-  const OdometryFactor chained{in->from, out->to, in->T_from_to * out->T_from_to, S};
-  const SE3 T_stand_gone = stand_in->T_map_body.inverse() * keyframe->T_map_body;
+  const Keyframe* stand_in = stand_in_for(*keyframe);
+  if (!stand_in) return;
+  const auto chain = chained_past(graph_, id);
+  if (!chain) return;
+  // What hangs on the stand-in follows it for good: it must hang where both saw their planes, not
+  // where poses lie that a lap's drift, not yet spread over the path, keeps apart.
   const KeyframeId into = stand_in->id;
+  const SE3 guess = stand_in->T_map_body.inverse() * keyframe->T_map_body;
+  const SE3 T_stand_gone = pose_by_shared_planes(graph_, into, id, guess).T_a_b;
   for (auto& frame : frames_) {
     if (frame.keyframe != id) continue;
     frame.keyframe = into;
@@ -224,7 +258,7 @@ void Mapper::retire(KeyframeId id) {
     std::erase_if(pieces, [id](const OutlinePiece& p) { return p.keyframe == id; });
   }
   graph_.remove(id);
-  graph_.odometry.push_back(chained);
+  graph_.odometry.push_back(*chain);
 }
 
 }  // namespace lamina
