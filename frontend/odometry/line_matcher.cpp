@@ -42,24 +42,37 @@ const OrientedPoint* PointMap::nearest(const Eigen::Vector2d& p, const Eigen::Ve
         fy < height_ + reach + 1)) {
     return nullptr;
   }
-  const int x0 = std::max(0, static_cast<int>(std::floor(fx - reach)));
-  const int x1 = std::min(width_ - 1, static_cast<int>(std::floor(fx + reach)));
   const int y0 = std::max(0, static_cast<int>(std::floor(fy - reach)));
   const int y1 = std::min(height_ - 1, static_cast<int>(std::floor(fy + reach)));
   const OrientedPoint* best = nullptr;
   double best_square = radius * radius;
   const bool any = normal.x() == 0 && normal.y() == 0;
-  for (int y = y0; y <= y1 && x0 <= x1; ++y) {
+  // Rows of cells outwards from the point's own, each no wider than what could still be nearer.
+  const auto look = [&](int y) {
+    constexpr double kSlack = 1e-9;  // cells: rounding must not hide a point
+    const double best_cells = best_square / (cell_ * cell_);
+    const double off = std::max({0.0, y - fy, fy - (y + 1)}) - kSlack;
+    if (off > 0 && off * off > best_cells) return;
+    const double half = std::sqrt(best_cells) + kSlack;
+    const int x0 = std::max(0, static_cast<int>(std::floor(fx - half)));
+    const int x1 = std::min(width_ - 1, static_cast<int>(std::floor(fx + half)));
+    if (x0 > x1) return;
     const std::size_t row = static_cast<std::size_t>(y * width_);
     const int begin = first_[row + static_cast<std::size_t>(x0)];
     const int end = first_[row + static_cast<std::size_t>(x1) + 1];
     for (int i = begin; i < end; ++i) {
       const OrientedPoint& q = points_[static_cast<std::size_t>(i)];
       const double square = (q.point - p).squaredNorm();
-      if (square >= best_square || !(any || q.normal.dot(normal) > 0.7)) continue;
+      const bool nearer = square < best_square || (square == best_square && best && &q < best);
+      if (!nearer || !(any || q.normal.dot(normal) > 0.7)) continue;
       best_square = square;
       best = &q;
     }
+  };
+  const int middle = std::clamp(static_cast<int>(std::floor(fy)), y0, std::max(y0, y1));
+  for (int k = 0; middle - k >= y0 || middle + k <= y1; ++k) {
+    if (middle - k >= y0 && middle - k <= y1) look(middle - k);
+    if (k > 0 && middle + k <= y1) look(middle + k);
   }
   return best;
 }
