@@ -1,12 +1,34 @@
 // `lamina evaluate`: a map's accuracy against a reference.
+#include <fmt/format.h>
+
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <iostream>
 
 #include <lamina/apps/evaluation.hpp>
 #include <lamina/apps/verbs.hpp>
+#include <lamina/models/error.hpp>
 
 namespace lamina::apps {
+
+namespace {
+
+// A limit that nothing or everything keeps decides nothing.
+void require_limits(const EvaluationLimits& limits) {
+  const auto require = [](const char* name, const std::optional<double>& limit) {
+    if (!limit || *limit >= 0) return;
+    throw Error(
+        fmt::format("{}: found '{}', expected a number that is not negative", name, *limit));
+  };
+  require("--max-ate", limits.max_ate_m);
+  require("--max-rpe", limits.max_rpe_m);
+  require("--max-plane-rho", limits.max_plane_rho_m);
+  require("--max-plane-angle-deg", limits.max_plane_angle_deg);
+  require("--max-missed", limits.max_missed);
+  require("--max-false-free", limits.max_false_free);
+}
+
+}  // namespace
 
 Verb evaluate_verb() {
   return {"evaluate", "accuracy of a map against a reference; writes evaluation.json",
@@ -33,6 +55,7 @@ Verb evaluate_verb() {
             app.add_option("--max-false-free", o->limits.max_false_free,
                            "fail when more than this share of free cells is not free, 0 to 1");
             return [o]() {
+              require_limits(o->limits);
               const Evaluation evaluation = evaluate(o->map, o->truth);
               std::cout << to_text(evaluation);
               write_evaluation(std::filesystem::path(o->map) / "evaluation.json", evaluation);

@@ -190,6 +190,9 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& scan, io::Metrics& m
   const SE3 T_start_body = T_start_scan_body_ * motion.T_prev_curr_body;
   step.tracking_lost = level && last_scan_ && lost(motion);
   if (step.tracking_lost) motion.covariance += carried_away();
+  // Too few returns to tell, and no wheels that would.
+  const bool predicted = motion.status == ScanMotion::Status::kPredicted;
+  step.tracking_lost = step.tracking_lost || (level && last_scan_ && !guess && predicted);
   if (!level && guess && segments_.tracker().contradicted()) {
     ++skipped_["odometry that every scan line contradicts"];
     const std::optional<Vector6d>& leap = segments_.tracker().leap();
@@ -247,6 +250,9 @@ Increment FrontEnd::move_by_depth(const DepthFrame& frame, const FloorResult& fl
   const DepthMotion motion = depth_odometry_.process(frame);
   step.motion_known = motion.status != ScanMotion::Status::kPredicted;
   step.open_direction = motion.status == ScanMotion::Status::kDegenerate;
+  // Over longer gaps motion is not extrapolated: what an image leaves open, nothing tells then.
+  const bool far = last_step_ && frame.stamp - *last_step_ > DepthOdometryOptions{}.max_step;
+  step.tracking_lost = !step.motion_known || (step.open_direction && far);
   if (last_step_) return {motion.T_prev_curr_body, motion.covariance};
   if (!floor.floor_camera) return {SE3(), still_covariance()};
   levelled_by_image_ = true;

@@ -23,8 +23,9 @@ struct Step {
   Observations observations;
   Increment motion;          ///< of the body since the step before; identity for the first
   bool motion_known = true;  ///< false: nothing measured it (constant velocity was assumed)
-  /// A scan with returns enough that does not fit the last ones wherever it is laid: the robot was
-  /// carried away, or the world changed. Its motion is a guess.
+  /// A scan with returns enough that does not fit the last ones wherever it is laid, or a scan or
+  /// image that tells no motion (or not surely, after a long gap) where no wheels do: the robot was
+  /// carried away, the world changed, or nothing was seen. Its motion is a guess.
   bool tracking_lost = false;
   bool open_direction = false;            ///< an image told the motion, but not in all directions
   SE3 T_start_body;                       ///< all motions so far, chained: dead reckoning

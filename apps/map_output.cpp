@@ -100,16 +100,31 @@ void MapOutput::add(const Step& step, const AddResult& added) {
   if (added.is_keyframe) ++metrics.counts["keyframes"];
   if (!step.motion_known) ++metrics.counts["steps_with_unknown_motion"];
   if (step.open_direction) ++metrics.counts["steps_with_open_direction"];
-  if (step.tracking_lost) {
-    ++metrics.counts["steps_with_tracking_lost"];
-    if (!lost_)
-      spdlog::warn("tracking lost at {:.3f} s: this scan does not fit the last ones",
-                   step.observations.stamp.seconds());
-  }
-  lost_ = step.tracking_lost;
+  note_tracking(step.observations.stamp, step.tracking_lost);
   if (added.loop_closed) ++metrics.counts["loops"];
   if (step.scan) keep({*step.scan, false});
   if (step.obstacles) add_obstacles(*step.obstacles, step.T_body_levelled);
+}
+
+void MapOutput::note_tracking(Timestamp stamp, bool lost) {
+  std::vector<io::LostSpan>& spans = metrics.tracking_lost;
+  if (lost) {
+    const double after = tracked_.value_or(stamp).seconds();
+    ++metrics.counts["steps_with_tracking_lost"];
+    metrics.counts.try_emplace("tracking_lost_after_s", after);
+    if (!lost_) {
+      constexpr std::size_t kMostLines = 5;  // metrics.json has them all
+      if (spans.size() < kMostLines) {
+        spdlog::warn("tracking lost after {:.3f} s: nothing tells the motion up to {:.3f} s",
+                     tracked_.value_or(stamp).seconds(), stamp.seconds());
+      }
+      if (spans.size() < io::Metrics::kMostSpans) spans.push_back({after, std::nullopt});
+    }
+  } else {
+    if (lost_ && !spans.empty() && !spans.back().until_s) spans.back().until_s = stamp.seconds();
+    tracked_ = stamp;
+  }
+  lost_ = lost;
 }
 
 void MapOutput::take(const io::Session& session) {
@@ -280,6 +295,13 @@ void MapOutput::write(const Mapper& mapper, bool online) {
   note("report.html", "the map to look at: open it in a browser");
   note("trajectory.txt", fmt::format("{} poses, {:.1f} m", trajectory.size(), trajectory.length()));
   write_parts(trajectory);
+  if (const auto lost = metrics.counts.find("tracking_lost_after_s");
+      lost != metrics.counts.end()) {
+    note("trajectory.txt", fmt::format("tracking was lost at {:.0f} of {:.0f} steps, first after "
+                                       "{:.3f} s: parts of the map may not fit each other",
+                                       metrics.counts["steps_with_tracking_lost"],
+                                       metrics.counts["steps"], lost->second));
+  }
   note("planes.json", fmt::format("{} planes", map.planes.size()));
   note("surfels.ply", fmt::format("{} surfels", map.surfels.size()));
   note("map.yaml, map.png", "navigability for map_server and nav2");

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -61,7 +62,9 @@ class MapOutput {
   RimVotes rims_;
   void write_scans(const Trajectory& trajectory) const;
   Trajectory before_;
-  bool lost_ = false;  // at the last step
+  void note_tracking(Timestamp stamp, bool lost);
+  std::optional<Timestamp> tracked_;  // the last step whose motion was known
+  bool lost_ = false;                 // at the last step
   std::string summary_;
 };
 

@@ -32,7 +32,8 @@ void refine(Mapper& mapper, MapOutput& output, const std::function<bool()>& ende
   const Trajectory before = mapper.trajectory();
   const RefineResult result = mapper.refine({}, [&](const RefineProgress&) { return !ended(); });
   output.set_refinement(result, before, mapper.trajectory());
-  if (result.status != SolveStatus::kConverged)
+  // Nothing to solve is no plane, too: that is said once.
+  if (result.status != SolveStatus::kConverged && result.status != SolveStatus::kNothingToSolve)
     spdlog::warn("refinement: {}", to_string(result.status));
 }
 
@@ -201,13 +202,56 @@ Mapper map_online(Run& run) {
   return mapper;
 }
 
+// How much the recording holds: one that was replaced or has grown is another.
+std::string extent_of(const std::filesystem::path& input) {
+  namespace fs = std::filesystem;
+  if (fs::is_regular_file(input)) return std::to_string(fs::file_size(input)) + " bytes";
+  if (!fs::is_directory(input)) return "live";
+  std::uintmax_t files = 0, bytes = 0;
+  for (const auto& entry : fs::directory_iterator(input)) {
+    if (!entry.is_regular_file()) continue;
+    ++files;
+    bytes += entry.file_size();
+  }
+  return fmt::format("{} files, {} bytes", files, bytes);
+}
+
 // What a checkpoint must have in common with the run that goes on from it; what changes no result
 // is left out.
 std::string identity(const MapRequest& request, Settings settings) {
   settings.threads = 1;
   settings.checkpoint_interval = 30;
-  return "input: " + request.input + "\nmode: " + (request.online ? "online" : "offline") + "\n" +
-         to_yaml(settings, false);
+  return "input: " + std::filesystem::weakly_canonical(request.input).string() +
+         "\nrecording: " + extent_of(request.input) +
+         "\nmode: " + (request.online ? "online" : "offline") + "\n" + to_yaml(settings, false);
+}
+
+// What makes a result doubtful as a whole, the likely cause first.
+std::vector<std::string> doubts(const MapRequest& request, const FrontEnd& front_end,
+                                io::Metrics& metrics) {
+  std::vector<std::string> all;
+  if (front_end.odometry_never_met()) {
+    all.push_back(fmt::format(
+        "the odometry's stamps never meet those of frames and scans: motion was taken from what "
+        "these see; are they of two clocks or two recordings? (`lamina info {}` tells)",
+        request.input));
+  }
+  const double steps = metrics.counts["steps"];
+  const double unknown = metrics.counts["steps_with_unknown_motion"];
+  if (steps > 1 && unknown > 0.5 * steps) {
+    all.push_back(fmt::format(
+        "nothing measured the motion before {:.0f} of {:.0f} frames and scans: is there no "
+        "odometry, or do its stamps not meet theirs? (`lamina info` tells)",
+        unknown, steps));
+  }
+  const double open = metrics.counts["steps_with_open_direction"];
+  if (open > 0.5 * steps) {
+    all.push_back(fmt::format(
+        "{:.0f} of {:.0f} images left a direction of their motion open (bare corridors, walls out "
+        "of range): along it the path is a guess; wheel odometry or a scanner would tell",
+        open, steps));
+  }
+  return all;
 }
 
 }  // namespace
@@ -251,7 +295,7 @@ int run_map(const MapRequest& request) {
   const Calibration sensors = recording->calibration();
   const Settings settings = settings_of(request, &sensors);
   spdlog::info("preset {}", settings.preset);
-  io::make_output_folder(request.output);
+  io::make_results_folder(request.output);
   MapOutput output(request.output, settings);
   output.set_recording(request.input);
   FrontEnd front_end(settings, sensors);
@@ -279,34 +323,15 @@ int run_map(const MapRequest& request) {
   if (!live && !run.interrupt.interrupted()) checkpoint.finish();
   if (page) page->finished(request.output);
   fmt::print("{}", output.summary());
-  if (front_end.odometry_never_met()) {
-    spdlog::warn(
-        "the odometry's stamps never meet those of frames and scans: motion was taken from what "
-        "these see; are they of two clocks or two recordings? (`lamina info {}` tells)",
-        request.input);
-  }
-  const double steps = output.metrics.counts["steps"];
-  const double unknown = output.metrics.counts["steps_with_unknown_motion"];
-  if (unknown > 0.5 * steps) {
-    spdlog::warn(
-        "nothing measured the motion before {:.0f} of {:.0f} frames and scans: is there no "
-        "odometry, or do its stamps not meet theirs? (`lamina info` tells)",
-        unknown, steps);
-  }
-  const double open = output.metrics.counts["steps_with_open_direction"];
-  if (open > 0.5 * steps) {
-    spdlog::warn(
-        "{:.0f} of {:.0f} images left a direction of their motion open (bare corridors, walls out "
-        "of "
-        "range): along it the path is a guess; wheel odometry or a scanner would tell",
-        open, steps);
-  }
+  const auto all = doubts(request, front_end, output.metrics);
   if (output.metrics.counts["planes"] == 0) {
-    throw Error(
-        fmt::format("{}: found no plane in {:.0f} frames and scans ({}), expected walls or "
-                    "floor that several of them see; the files written hold none",
-                    request.input, steps, output.skipped_text()));
+    throw Error(fmt::format(
+        "{}: found no plane in {:.0f} frames and scans ({}{}), expected walls or floor that "
+        "several of them see; the files written hold none",
+        request.input, output.metrics.counts["steps"], output.skipped_text(),
+        all.empty() ? "" : "; " + all.front()));
   }
+  for (const auto& doubt : all) spdlog::warn(doubt);
   return 0;
 }
 

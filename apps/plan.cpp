@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <iostream>
 
 #include <lamina/apps/settings.hpp>
@@ -20,6 +22,10 @@ Eigen::Vector2d point_of(const std::string& text, const std::string& option) {
     text::read("[" + text + "]", xy);
   } catch (const std::invalid_argument&) {
     throw Error(option + ": found '" + text + "', expected X,Y in metres");
+  }
+  constexpr double kFurthest = 1e6;  // m: cells beyond have no number
+  if (std::max(std::abs(xy[0]), std::abs(xy[1])) > kFurthest) {
+    throw Error(option + ": found '" + text + "', expected X,Y in metres, within 1000 km");
   }
   return {xy[0], xy[1]};
 }

@@ -90,7 +90,7 @@ int solve_online(const PlaneGraph& problem, const std::filesystem::path& output,
 int refine_plane_graph(const std::filesystem::path& file, const std::filesystem::path& output,
                        bool online, int window_keyframes) {
   const PlaneGraph problem = read_plane_graph(file);
-  io::make_output_folder(output);
+  io::make_results_folder(output);
   return online ? solve_online(problem, output, window_keyframes) : solve_offline(problem, output);
 }
 

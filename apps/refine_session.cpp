@@ -81,7 +81,7 @@ int refine_sessions(const std::vector<Path>& inputs, const Path& output_folder, 
   for (std::size_t i = 1; i < inputs.size(); ++i) {
     join(session, io::read_session(session_file(inputs[i])), inputs.front(), inputs[i]);
   }
-  io::make_output_folder(output_folder);
+  io::make_results_folder(output_folder);
   MapOutput output(output_folder, settings);
   output.take(session);
   Mapper mapper(settings.mapper, std::move(session.map));

@@ -3,7 +3,9 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <csignal>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 
 #include <lamina/apps/nearest.hpp>
@@ -76,6 +78,8 @@ std::vector<std::string> joined_live(int argc, const char* const* argv) {
 int run(int argc, const char* const* argv) {
   // Sparse solvers below sum in the order of their threads: one keeps the bytes the same anywhere.
   omp_set_num_threads(1);
+  // A file larger than the system allows is an error of writing, not the end.
+  std::signal(SIGXFSZ, SIG_IGN);
   CLI::App app{"lamina: planes, floors and trajectories from depth cameras, stereo and 2D lidars"};
   app.require_subcommand(1);
   app.failure_message([](const CLI::App*, const CLI::Error&) { return std::string(); });
@@ -102,6 +106,10 @@ int run(int argc, const char* const* argv) {
     return kUsage;
   } catch (const Error& error) {
     std::cerr << "lamina: " << error.what() << '\n';
+    return kUsage;
+  } catch (const std::filesystem::filesystem_error& error) {
+    std::cerr << "lamina: " << error.path1().string() << ": found that " << error.code().message()
+              << ", expected a file or folder that can be read and written\n";
     return kUsage;
   } catch (const std::exception& error) {
     std::cerr << "lamina: failed: " << error.what() << '\n';

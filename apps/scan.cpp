@@ -75,6 +75,10 @@ int scan(const std::string& input, const std::filesystem::path& output,
   const auto recording = open_recording(input);
   std::filesystem::path causes_file = output;
   causes_file.replace_filename(output.stem().string() + "_causes.csv");
+  if (output.filename() == "scans.csv" &&
+      std::filesystem::exists(output.parent_path() / "calibration.yaml")) {
+    throw Error(output.string() + ": found the scans of a recording, expected another file");
+  }
   if (output.has_parent_path()) io::make_output_folder(output.parent_path());
   Converted counts;
   io::write_atomically(output, [&](std::ostream& scans) {

@@ -162,7 +162,8 @@ std::vector<std::string> problems(const Settings& settings) {
               "', expected auto, indoor_rgbd, wheeled_lidar or aerial_lidar");
   require(settings.threads >= 1, "threads must be at least 1");
   require(settings.checkpoint_interval > 0, "checkpoint.interval_s must be above 0");
-  require(settings.grid_resolution >= 0.001, "grid.resolution_m must be at least 0.001");
+  require(settings.grid_resolution >= 0.001 && settings.grid_resolution <= 10,
+          "grid.resolution_m must lie between 0.001 and 10");
   require(settings.robot.height > 0, "robot.height_m must be above 0");
   require(settings.robot.radius >= 0, "robot.radius_m must not be negative");
   require(settings.robot.max_step > 0, "robot.max_step_m must be above 0");

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <set>
 #include <sstream>
 
 #include <lamina/apps/nearest.hpp>
@@ -23,8 +24,13 @@ std::string text_of(const YAML::Node& node) {
 
 void load_node(Settings& settings, const YAML::Node& node, const std::string& prefix,
                const std::string& file) {
+  std::set<std::string> seen;
   for (const auto& entry : node) {
     const std::string key = prefix + entry.first.Scalar();
+    if (!seen.insert(key).second) {
+      throw Error(file + ":" + std::to_string(entry.first.Mark().line + 1) + ": found the key '" +
+                  key + "' a second time, expected each once");
+    }
     if (entry.second.IsMap()) {
       load_node(settings, entry.second, key + ".", file);
     } else {

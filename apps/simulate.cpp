@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include <lamina/apps/interrupt.hpp>
@@ -55,6 +56,9 @@ int simulate(const SimulateOptions& o) {
   if (o.scene.empty())
     throw Error("simulate: found no SCENE, expected a name of `--list` or a scene YAML");
   if (o.output.empty()) throw Error("simulate: found no --output, expected a folder");
+  if (!(o.duration >= 0 && std::isfinite(o.duration))) {
+    throw Error(fmt::format("--duration: found '{}', expected seconds, 0 for all", o.duration));
+  }
   require_scene(o.scene);
   sim::World world = sim::load_scene(o.scene, parameters_of(o.assignments));
   const InterruptGuard interrupt;

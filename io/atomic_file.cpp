@@ -12,6 +12,20 @@
 namespace lamina::io {
 namespace {
 
+// The hidden file beside; what is left of it goes, whatever ended the writing.
+struct Aside {
+  explicit Aside(const std::filesystem::path& file) : path(file) {
+    path.replace_filename("." + file.filename().string() + ".part");
+  }
+  ~Aside() {
+    std::error_code ignored;
+    std::filesystem::remove(path, ignored);
+  }
+  Aside(const Aside&) = delete;
+  Aside& operator=(const Aside&) = delete;
+  std::filesystem::path path;
+};
+
 void flush_to_disk(const std::filesystem::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY);
   if (descriptor < 0) return;
@@ -23,22 +37,17 @@ void flush_to_disk(const std::filesystem::path& path) {
 
 void write_atomically(const std::filesystem::path& file,
                       const std::function<void(std::ostream&)>& write) {
-  std::filesystem::path aside = file;
-  aside.replace_filename("." + file.filename().string() + ".part");
+  Aside aside(file);
   {
-    std::ofstream out(aside, std::ios::binary | std::ios::trunc);
+    std::ofstream out(aside.path, std::ios::binary | std::ios::trunc);
     if (!out) throw Error(file.string() + ": cannot be written, expected a writable folder");
     write(out);
     out.flush();
-    if (!out) {
-      std::error_code ignored;
-      std::filesystem::remove(aside, ignored);
-      throw Error(file.string() + ": writing failed, is the disk full?");
-    }
+    if (!out) throw Error(file.string() + ": writing failed, is the disk full?");
   }
-  flush_to_disk(aside);
+  flush_to_disk(aside.path);
   std::error_code error;
-  std::filesystem::rename(aside, file, error);
+  std::filesystem::rename(aside.path, file, error);
   if (error) throw Error(file.string() + ": cannot be replaced (" + error.message() + ")");
 }
 
@@ -49,11 +58,20 @@ void write_atomically(const std::filesystem::path& file, std::string_view conten
 }
 
 void make_output_folder(const std::filesystem::path& folder) {
+  if (folder.empty()) throw Error("--output: found nothing, expected a folder to write to");
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error || !std::filesystem::is_directory(folder)) {
     throw Error(folder.string() + ": cannot be made, expected a folder to write to");
   }
+}
+
+void make_results_folder(const std::filesystem::path& folder) {
+  if (std::filesystem::exists(folder / "calibration.yaml")) {
+    throw Error(folder.string() +
+                ": found a recording there (calibration.yaml), expected a folder for results");
+  }
+  make_output_folder(folder);
 }
 
 }  // namespace lamina::io

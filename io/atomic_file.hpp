@@ -17,5 +17,7 @@ void write_atomically(const std::filesystem::path& file, std::string_view conten
 
 /// Creates the folder if need be; throws lamina::Error when that fails or a file stands in the way.
 void make_output_folder(const std::filesystem::path& folder);
+/// The same for a map: a folder that holds a recording is refused, scans.csv is a name of both.
+void make_results_folder(const std::filesystem::path& folder);
 
 }  // namespace lamina::io

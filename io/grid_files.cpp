@@ -55,6 +55,9 @@ void write_grid(const std::filesystem::path& folder, const NavigabilityGrid& gri
 GridImages read_grid(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "grid.yaml";
   GridImages images;
+  if (!std::filesystem::is_regular_file(file)) {
+    throw Error(file.string() + ": found no such file, expected grid.yaml of a map");
+  }
   try {
     const YAML::Node yaml = YAML::LoadFile(file.string());
     GridGeometry& g = images.geometry;

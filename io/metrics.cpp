@@ -70,6 +70,12 @@ void write_metrics(const std::filesystem::path& file, const Metrics& metrics) {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   json["peak_rss_mb"] = static_cast<double>(usage.ru_maxrss) / 1024.0;
+  json["tracking_lost"] = Json::array();
+  for (const LostSpan& span : metrics.tracking_lost) {
+    Json one = {{"after_s", span.after_s}, {"until_s", nullptr}};
+    if (span.until_s) one["until_s"] = *span.until_s;
+    json["tracking_lost"].push_back(one);
+  }
   json["memory"] = Json::array();
   for (const auto& sample : metrics.memory.samples()) {
     json["memory"].push_back({{"time_s", sample.time_s}, {"rss_mb", sample.rss_mb}});

@@ -56,11 +56,19 @@ class MemoryTrace {
   double interval_s_ = 10;
 };
 
+/// When tracking was lost: after the last instant that was tracked, until the next one that was.
+struct LostSpan {
+  double after_s = 0;             ///< stamps of the recording, s
+  std::optional<double> until_s;  ///< none: not to the end
+};
+
 struct Metrics {
   std::map<std::string, StageTimes> stages;
   std::optional<RefineMetrics> refine;
   std::map<std::string, std::int64_t> skipped;
   MemoryTrace memory;
+  std::vector<LostSpan> tracking_lost;  ///< the first kMostSpans of them
+  static constexpr std::size_t kMostSpans = 1000;
   std::map<std::string, double> counts;  ///< frames, keyframes, planes, loops, ...
 
   /// Times a scope: { const auto timer = metrics.time("floor"); ... }.

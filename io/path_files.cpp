@@ -49,6 +49,8 @@ class Picture {
   }
   void dot(const Eigen::Vector2d& p_map, double radius, const Colour& colour) {
     const Eigen::Vector2d middle = pixel(p_map);
+    const Eigen::Vector2d low(-radius, -radius), high(width_ + radius, height_ + radius);
+    if (!((middle - low).minCoeff() >= 0 && (high - middle).minCoeff() >= 0)) return;
     for (int v = static_cast<int>(middle.y() - radius); v <= middle.y() + radius; ++v) {
       for (int u = static_cast<int>(middle.x() - radius); u <= middle.x() + radius; ++u) {
         if (std::hypot(u + 0.5 - middle.x(), v + 0.5 - middle.y()) <= radius) put(u, v, colour);

@@ -20,10 +20,14 @@ void fields(A& a, Session& v) {
   a(v.settings, v.online, v.parts, v.map, v.scans, v.rims, v.before, v.counts, v.skipped);
 }
 
-void write_session(const std::filesystem::path& file, const Session& session) {
+std::string session_content(const Session& session) {
   ArchiveWriter archive;
   archive(session);
-  write_sealed(file, kKind, archive.bytes());
+  return archive.bytes();
+}
+
+void write_session(const std::filesystem::path& file, const Session& session) {
+  write_sealed(file, kKind, session_content(session));
 }
 
 // The members in the order of fields(Session), the lists item by item.
@@ -49,19 +53,22 @@ void write_session(const std::filesystem::path& file, const Session& session, co
 }
 
 Session read_session(const std::filesystem::path& file) {
-  const std::string content = read_sealed(file, kKind);
+  return parse_session(read_sealed(file, kKind), file.string());
+}
+
+Session parse_session(std::string_view content, const std::string& name) {
   Session session;
   try {
     ArchiveReader archive(content);
     archive(session);
     if (!archive.at_end()) throw std::out_of_range("bytes are left over");
   } catch (const std::exception& error) {
-    throw Error(file.string() + ": found content that makes no sense (" + error.what() +
-                "), expected " + std::string(kKind.name));
+    throw Error(name + ": found content that makes no sense (" + error.what() + "), expected " +
+                std::string(kKind.name));
   }
   const auto problems = session.map.problems();
   if (!problems.empty()) {
-    throw Error(file.string() + ": found a broken map (" + problems.front() + "), expected " +
+    throw Error(name + ": found a broken map (" + problems.front() + "), expected " +
                 std::string(kKind.name));
   }
   return session;

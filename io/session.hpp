@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -61,5 +62,8 @@ void write_session(const std::filesystem::path& file, const Session& session, co
                    const Spool& rims);
 /// Throws lamina::Error, one line: not there, something else, another version, cut short, damaged.
 Session read_session(const std::filesystem::path& file);
+/// What stands behind the header; `name` is the file's, for the error line.
+Session parse_session(std::string_view content, const std::string& name);
+std::string session_content(const Session& session);
 
 }  // namespace lamina::io

@@ -57,7 +57,10 @@ class DatasetRecording final : public Recording {
 
  private:
   bool has(const char* name) const { return std::filesystem::exists(folder_ / name); }
-  std::string text(const char* name) const { return read_file_bytes(folder_ / name); }
+  std::string text(const char* name) {
+    skips_.set_source(std::string(name) + ":");
+    return read_file_bytes(folder_ / name);
+  }
   void read_poses();
   void read_scans();
   void read_depth_list(const RecordingOptions& options);
@@ -70,6 +73,7 @@ class DatasetRecording final : public Recording {
   std::optional<Measurement> read_depth(const ListEntry& entry);
   std::optional<Measurement> read_stereo(std::size_t index);
   std::optional<Measurement> read_scan(const ScanLine& line);
+  void skip_image(const std::string& path, const std::string& why, const CameraModel& camera);
 
   std::filesystem::path folder_;
   Calibration calibration_;
@@ -121,7 +125,9 @@ std::vector<ListEntry> DatasetRecording::read_list(const char* name) {
     std::error_code error;
     return !std::filesystem::is_regular_file(folder_ / entry.path, error);
   };
-  skips_.add(kSkipMissingFile, static_cast<std::int64_t>(std::erase_if(entries, absent)));
+  const auto first = std::find_if(entries.begin(), entries.end(), absent);
+  const std::string where = first == entries.end() ? "" : " '" + first->path + "'";
+  skips_.add(kSkipMissingFile, static_cast<std::int64_t>(std::erase_if(entries, absent)), where);
   return entries;
 }
 
@@ -201,9 +207,11 @@ void DatasetRecording::schedule() {
 }
 
 void DatasetRecording::fail_nothing_usable() const {
+  // The first case of each reason tells more than their number.
   std::string found = "nothing usable";
   for (const auto& [why, count] : skips_.counts()) {
     found += (found.size() > 14 ? ", " : " (") + std::to_string(count) + " x " + why;
+    if (!skips_.first(why).empty()) found += ", first " + skips_.first(why);
   }
   if (skips_.total() > 0) found += ")";
   throw input_error(folder_.string(), "", found,
@@ -226,13 +234,21 @@ std::optional<Measurement> DatasetRecording::read(const Item& item) {
   return std::nullopt;
 }
 
+void DatasetRecording::skip_image(const std::string& path, const std::string& why,
+                                  const CameraModel& camera) {
+  skips_.set_source("");
+  skips_.add(why, 1,
+             path + ": " + image_facts(folder_ / path) + ", calibration.yaml has " +
+                 std::to_string(camera.width) + " x " + std::to_string(camera.height));
+}
+
 std::optional<Measurement> DatasetRecording::read_depth(const ListEntry& entry) {
   const DepthCamera& camera = *calibration_.depth_camera;
   std::string why;
   auto image =
       read_depth_image(folder_ / entry.path, camera.camera.width, camera.camera.height, why);
   if (!image) {
-    skips_.add(why);
+    skip_image(entry.path, why, camera.camera);
     return std::nullopt;
   }
   DepthFrame frame{entry.stamp, camera, std::move(image->pixels)};
@@ -254,7 +270,7 @@ std::optional<Measurement> DatasetRecording::read_stereo(std::size_t index) {
     auto image = read_grey_image(folder_ / stereo_[index][right].path, camera.camera.width,
                                  camera.camera.height, why);
     if (!image) {
-      skips_.add(why);
+      skip_image(stereo_[index][right].path, why, camera.camera);
       return std::nullopt;
     }
     (right ? frame.right : frame.left) = stereo_rectifier_->grey(image->pixels);
@@ -266,7 +282,8 @@ std::optional<Measurement> DatasetRecording::read_scan(const ScanLine& line) {
   std::string why;
   auto scan = parse_scan_line(line.line, why);
   if (!scan) {
-    skips_.add(why);
+    skips_.set_source("scans.csv:");
+    skips_.add(why, 1, " " + shown(line.line));
     return std::nullopt;
   }
   scan->lidar = *calibration_.lidar;

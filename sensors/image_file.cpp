@@ -1,6 +1,7 @@
 // Reads image files.
 #include <lamina/sensors/image_file.hpp>
 
+#include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -19,6 +20,21 @@ std::optional<std::string> bytes_of(const std::filesystem::path& file, std::stri
   }
 }
 }  // namespace
+
+std::string image_facts(const std::filesystem::path& file) {
+  constexpr std::size_t kHeader = 26;  // signature, IHDR up to colour type
+  std::string bytes(kHeader, '\0');
+  std::ifstream in(file, std::ios::binary);
+  if (!in.read(bytes.data(), kHeader) || !is_png(bytes)) return "no PNG";
+  const auto at = [&bytes](std::size_t i) {
+    return static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[i]));
+  };
+  const auto number = [&at](std::size_t i) {
+    return std::to_string(at(i) << 24 | at(i + 1) << 16 | at(i + 2) << 8 | at(i + 3));
+  };
+  const std::string colour = at(25) == 0 ? "grey" : "colour";
+  return number(16) + " x " + number(20) + ", " + std::to_string(at(24)) + " bit " + colour;
+}
 
 std::optional<DepthImage> read_depth_image(const std::filesystem::path& file, int width, int height,
                                            std::string& why) {

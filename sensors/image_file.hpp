@@ -13,6 +13,9 @@ namespace lamina {
 std::optional<DepthImage> read_depth_image(const std::filesystem::path& file, int width, int height,
                                            std::string& why);
 
+/// "320 x 240, 8 bit grey" from a PNG's header; "no PNG" for anything else: for messages.
+std::string image_facts(const std::filesystem::path& file);
+
 /// A PNG, or anything else OpenCV reads (JPEG, ...), as 8-bit grey.
 std::optional<GreyImage> read_grey_image(const std::filesystem::path& file, int width, int height,
                                          std::string& why);

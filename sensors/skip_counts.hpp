@@ -1,16 +1,27 @@
-// Counts of what a reader left out, by reason.
+// Counts of what a reader left out, by reason, and the first case of each.
 #pragma once
 
 #include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 
 namespace lamina {
 
 class SkipCounts {
  public:
-  void add(const std::string& why, std::int64_t count = 1) {
-    if (count > 0) counts_[why] += count;
+  /// `where`: this case's place within the source, and what was found there.
+  void add(const std::string& why, std::int64_t count = 1, const std::string& where = {}) {
+    if (count <= 0) return;
+    counts_[why] += count;
+    if (!where.empty()) firsts_.try_emplace(why, source_ + where);
+  }
+  /// What stands before the places that follow, such as "scans.csv:".
+  void set_source(std::string source) { source_ = std::move(source); }
+  /// The first case with a place; empty when there is none.
+  std::string first(const std::string& why) const {
+    const auto found = firsts_.find(why);
+    return found == firsts_.end() ? std::string() : found->second;
   }
   const std::map<std::string, std::int64_t>& counts() const { return counts_; }
   std::int64_t total() const {
@@ -21,6 +32,8 @@ class SkipCounts {
 
  private:
   std::map<std::string, std::int64_t> counts_;
+  std::map<std::string, std::string> firsts_;
+  std::string source_;
 };
 
 /// Reasons used by more than one reader, so that they read alike in reports.
@@ -28,6 +41,7 @@ inline constexpr const char* kSkipMissingFile = "missing file";
 inline constexpr const char* kSkipTimeBack = "time goes back";
 inline constexpr const char* kSkipShortLine = "short line";
 inline constexpr const char* kSkipNotANumber = "not a number";
+inline constexpr const char* kSkipRangeLimits = "range_max not above range_min";
 inline constexpr const char* kSkipBadImage = "damaged image";
 inline constexpr const char* kSkipWrongFormat = "wrong image format";
 inline constexpr const char* kSkipWrongSize = "wrong image size";

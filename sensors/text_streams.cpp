@@ -28,25 +28,30 @@ std::vector<T> in_time_order(std::vector<T> items, SkipCounts& skips) {
   return result;
 }
 
+// A line's place and what stands there.
+std::string at_line(int number, std::string_view found) {
+  return std::to_string(number) + ": " + shown(found);
+}
+
 // Stamp and `count` numbers; counts the reason and gives false when the line is none.
-bool read_numbers(std::string_view line, Timestamp& stamp, double* values, int count,
-                  SkipCounts& skips) {
-  const std::string_view first = next_field(line);
+bool read_numbers(const LineReader& lines, std::string_view line, Timestamp& stamp, double* values,
+                  int count, SkipCounts& skips) {
+  const std::string_view whole = line, first = next_field(line);
   const auto time = Timestamp::parse(first);
   if (!time) {
-    skips.add(kSkipNotANumber);
+    skips.add(kSkipNotANumber, 1, at_line(lines.number(), first));
     return false;
   }
   stamp = *time;
   for (int i = 0; i < count; ++i) {
     const std::string_view field = next_field(line);
     if (field.empty()) {
-      skips.add(kSkipShortLine);
+      skips.add(kSkipShortLine, 1, at_line(lines.number(), whole));
       return false;
     }
     const auto value = parse_number(field);
     if (!value || std::abs(*value) > kFurthest) {
-      skips.add(kSkipNotANumber);
+      skips.add(kSkipNotANumber, 1, at_line(lines.number(), field));
       return false;
     }
     values[i] = *value;
@@ -67,12 +72,13 @@ std::vector<ListEntry> parse_list(std::string_view text, SkipCounts& skips) {
   std::string_view line;
   for (LineReader lines(text); lines.next(line);) {
     if (is_comment(line)) continue;
-    const auto stamp = Timestamp::parse(next_field(line));
+    const std::string_view whole = line, first = next_field(line);
+    const auto stamp = Timestamp::parse(first);
     const std::string_view path = next_field(line);
     if (!stamp) {
-      skips.add(kSkipNotANumber);
+      skips.add(kSkipNotANumber, 1, at_line(lines.number(), first));
     } else if (path.empty()) {
-      skips.add(kSkipShortLine);
+      skips.add(kSkipShortLine, 1, at_line(lines.number(), whole));
     } else {
       entries.push_back({*stamp, std::string(path)});
     }
@@ -100,6 +106,10 @@ std::optional<LaserScan> parse_scan_line(std::string_view line, std::string& why
     *value = *number;
   }
   if (std::isinf(scan.range_max)) scan.range_max = 0;  // no limit stated
+  if (scan.range_max > 0 && !(scan.range_min < scan.range_max)) {
+    why = kSkipRangeLimits;
+    return std::nullopt;
+  }
   if (!std::isfinite(scan.angle_min) || !std::isfinite(scan.angle_increment) ||
       std::abs(scan.angle_min) > 1e3 || std::abs(scan.angle_increment) > 1e3 ||
       scan.angle_increment == 0 || !std::isfinite(scan.range_min)) {
@@ -133,7 +143,7 @@ std::vector<ScanLine> index_scans(std::string_view text, SkipCounts& skips) {
     if (stamp) {
       scans.push_back({*stamp, line});
     } else {
-      skips.add(kSkipNotANumber);
+      skips.add(kSkipNotANumber, 1, at_line(lines.number(), cell));
     }
   }
   return in_time_order(std::move(scans), skips);
@@ -146,10 +156,10 @@ std::vector<Odometry> parse_odometry(std::string_view text, SkipCounts& skips) {
     if (is_comment(line)) continue;
     Timestamp stamp;
     double v[7];
-    if (!read_numbers(line, stamp, v, 7, skips)) continue;
+    if (!read_numbers(lines, line, stamp, v, 7, skips)) continue;
     Eigen::Quaterniond rotation(v[6], v[3], v[4], v[5]);
     if (!(std::abs(rotation.norm() - 1) <= kQuaternionSlack)) {
-      skips.add("quaternion that is no rotation");
+      skips.add("quaternion that is no rotation", 1, at_line(lines.number(), line));
       continue;
     }
     rotation.normalize();
@@ -165,7 +175,7 @@ std::vector<Accelerometer> parse_accelerometer(std::string_view text, SkipCounts
     if (is_comment(line)) continue;
     Accelerometer sample;
     double v[3];
-    if (!read_numbers(line, sample.stamp, v, 3, skips)) continue;
+    if (!read_numbers(lines, line, sample.stamp, v, 3, skips)) continue;
     sample.acceleration_body = {v[0], v[1], v[2]};
     samples.push_back(sample);
   }

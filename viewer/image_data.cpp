@@ -137,7 +137,8 @@ std::string grid_data(const Path& folder) {
     const YAML::Node yaml = YAML::LoadFile((folder / "grid.yaml").string());
     if (yaml["width"].as<int>() <= 0 || yaml["height"].as<int>() <= 0) return {};
   } catch (const YAML::Exception& e) {
-    throw Error((folder / "grid.yaml").string() + ": " + e.what());
+    throw Error((folder / "grid.yaml").string() + ": " + e.what() +
+                ", expected grid.yaml of a map");
   }
   const io::GridImages images = io::read_grid(folder);
   const GridGeometry& g = images.geometry;

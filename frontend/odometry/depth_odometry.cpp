@@ -237,6 +237,7 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   const SE3& T_body_camera = frame.camera.camera.T_body_camera;
   if (!last_stamp_) {
     last_stamp_ = frame.stamp;
+    usual_.began(frame.stamp);
     keep_key_frame(std::move(current), true, motion);
     return motion;
   }
@@ -262,7 +263,15 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   if (!guess && !keys_.empty() && (a.matched < options_.search_matched || a.unknown > 0)) {
     search(current, prior, other_starts(predicted, T_body_camera, options_.sigma_turn * ratio), a);
   }
-  const bool lost = a.matched < options_.lost_matched || a.unknown == 6;
+  const bool doubtful =
+      !guess && usual_.gap_before(frame.stamp) && (a.unknown > 0 || usual_.worse(a.matched));
+  const bool lost = doubtful || a.matched < options_.lost_matched || a.unknown == 6;
+  const bool frozen = usual_.repeated(frame.raw);
+  if (lost) {
+    usual_.began(frame.stamp);
+  } else if (!frozen) {
+    usual_.tracked(frame.stamp, a.matched);
+  }
   if (!lost) step = T_world_camera_.inverse() * a.T_world_camera;
   Matrix6d covariance = expected;
   if (!lost) {

@@ -6,6 +6,7 @@
 
 #include <lamina/frontend/odometry/depth_blocks.hpp>
 #include <lamina/frontend/odometry/scan_odometry.hpp>
+#include <lamina/frontend/odometry/usual_fit.hpp>
 
 namespace lamina {
 
@@ -57,7 +58,8 @@ struct DepthMotion {
 /// Projective association, Gauss-Newton on point-to-plane distances weighted by the disparity noise
 /// of both frames, coarse to fine; the start is `guess` or constant velocity, which is also a prior
 /// that decides where the surfaces leave a direction open (one wall, a corridor whose end is out of
-/// range). [Chen1992], [Newcombe2011]. Deterministic.
+/// range). After a long gap (UsualFit) an image that fits worse than usual or leaves a direction
+/// open is not believed. [Chen1992], [Newcombe2011]. Deterministic.
 class DepthOdometry {
  public:
   explicit DepthOdometry(const DepthOdometryOptions& options = {});
@@ -66,7 +68,7 @@ class DepthOdometry {
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
   friend void fields(A& a, DepthOdometry& v) {
-    a(v.keys_, v.T_world_camera_, v.velocity_, v.last_stamp_);
+    a(v.keys_, v.T_world_camera_, v.velocity_, v.last_stamp_, v.usual_);
   }
 
  private:
@@ -101,6 +103,7 @@ class DepthOdometry {
   SE3 T_world_camera_;                    ///< of the last frame
   Vector6d velocity_ = Vector6d::Zero();  ///< camera tangent per second
   std::optional<Timestamp> last_stamp_;
+  UsualFit usual_;
 };
 
 }  // namespace lamina

@@ -21,14 +21,22 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   ScanMotion motion;
   if (key_scans_.empty()) {
     if (!wheels) {
+      if (!points_.empty()) usual_.began(scan.stamp);
       keep_key_scan({}, true);
       return motion;
     }
   }
   const Prediction prediction = predict(wheels);
   const LineMatch match = align(prediction, motion);
-  fill(prediction, match, wheels, motion);
+  const bool frozen = usual_.repeated(scan.ranges);
+  const bool doubtful = !wheels && usual_.gap_before(scan.stamp) && usual_.worse(match.matched);
+  fill(prediction, match, wheels, doubtful, motion);
   const bool lost = motion.status == ScanMotion::Status::kPredicted;
+  if (!lost && !frozen) {
+    usual_.tracked(scan.stamp, motion.matched);
+  } else if (lost && !points_.empty()) {
+    usual_.began(scan.stamp);
+  }
   const PlanarPose step = planar_part(motion.T_prev_curr_body);
   T_local_body_ = T_local_body_ * step;
   velocity_ = step;
@@ -91,8 +99,10 @@ LineMatch ScanOdometry::search(const Prediction& prediction, const LineMatch& be
 }
 
 void ScanOdometry::fill(const Prediction& prediction, const LineMatch& match,
-                        const std::optional<MotionGuess>& wheels, ScanMotion& motion) const {
-  const bool lost = match.matched < options_.lost_matched || match.unknown_directions == 3;
+                        const std::optional<MotionGuess>& wheels, bool doubtful,
+                        ScanMotion& motion) const {
+  const bool lost =
+      doubtful || match.matched < options_.lost_matched || match.unknown_directions == 3;
   const PlanarPose step =
       lost ? prediction.T_prev_curr : T_local_body_.inverse() * match.T_map_scan;
   motion.T_prev_curr_body = lifted(step);

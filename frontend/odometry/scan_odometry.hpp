@@ -8,6 +8,7 @@
 #include <lamina/frontend/odometry/likelihood_grid.hpp>
 #include <lamina/frontend/odometry/line_matcher.hpp>
 #include <lamina/frontend/odometry/scan_points.hpp>
+#include <lamina/frontend/odometry/usual_fit.hpp>
 #include <lamina/sensors/laser_scan.hpp>
 
 namespace lamina {
@@ -61,7 +62,8 @@ struct ScanMotion {
 /// Aligns each scan with a map of the last key scans by match_lines(); when too little of it fits,
 /// search_correlative() looks around first. Wheel odometry is the start and a prior by its own
 /// covariance, so that it decides only what the scan leaves open. Motion is planar in the body's
-/// x-y plane whatever the scanner's mounting up to max_tilt. Deterministic.
+/// x-y plane whatever the scanner's mounting up to max_tilt. Without wheels, a scan after a long
+/// gap that fits worse than usual is not believed (UsualFit). Deterministic.
 class ScanOdometry {
  public:
   explicit ScanOdometry(const ScanOdometryOptions& options = {});
@@ -73,7 +75,7 @@ class ScanOdometry {
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
   friend void fields(A& a, ScanOdometry& v) {
-    a(v.points_, v.T_local_body_, v.velocity_, v.key_scans_, v.map_);
+    a(v.points_, v.T_local_body_, v.velocity_, v.key_scans_, v.map_, v.usual_);
     if constexpr (A::kReading) v.grid_.reset();  // made anew from the map when it is needed
   }
 
@@ -94,7 +96,7 @@ class ScanOdometry {
   LineMatch align(const Prediction& prediction, ScanMotion& motion);
   LineMatch search(const Prediction& prediction, const LineMatch& best);
   void fill(const Prediction& prediction, const LineMatch& match,
-            const std::optional<MotionGuess>& wheels, ScanMotion& motion) const;
+            const std::optional<MotionGuess>& wheels, bool doubtful, ScanMotion& motion) const;
   void keep_key_scan(const LineMatch& match, bool lost);
 
   ScanOdometryOptions options_;
@@ -102,6 +104,7 @@ class ScanOdometry {
   PlanarPose T_local_body_, velocity_;
   std::deque<KeyScan> key_scans_;
   PointMap map_;
+  UsualFit usual_;
   std::optional<LikelihoodGrid> grid_;  ///< of map_, made when first needed
 };
 

@@ -1,116 +1,16 @@
 // What goes wrong on real robots: frames lost, clocks that jump, wheels that stand still, people
 // that walk through, robots carried away. Either the map stays right, or the run says that it lost
 // its way.
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <functional>
-#include <iterator>
 #include <optional>
 #include <random>
-#include <sstream>
 
-#include <lamina/apps/evaluation.hpp>
-#include <lamina/apps/mapping.hpp>
 #include <lamina/models/trajectory.hpp>
 #include <lamina/sensors/recording.hpp>
-#include <lamina/sim/dataset.hpp>
+
+#include "faulty_room.hpp"
 
 namespace lamina::apps {
 namespace {
-
-namespace fs = std::filesystem;
-
-// A fresh folder that goes with the test.
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "lamina_faults_XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~Folder() { fs::remove_all(path_); }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
-// One lap of the furnished room by scans and wheels.
-void simulate_room(const fs::path& folder) {
-  sim::DatasetOptions options;
-  options.grid = false;
-  sim::write_dataset(sim::make_scene("room", {{"camera.enabled", "false"}}), folder, options);
-}
-
-// Every line of a file through `edit(time, line)`; false drops it. Comments stay.
-void edit_lines(const fs::path& file, const std::function<bool(double, std::string&)>& edit) {
-  std::ifstream in(file);
-  std::stringstream out;
-  for (std::string line; std::getline(in, line);) {
-    char* end = nullptr;
-    const double time = std::strtod(line.c_str(), &end);
-    const bool data = end != line.c_str();
-    if (!data || edit(time, line)) out << line << '\n';
-  }
-  in.close();
-  std::ofstream(file) << out.str();
-}
-
-// The line with another number in front.
-std::string with_time(const std::string& line, double time) {
-  std::ostringstream out;
-  out.precision(15);
-  out << time << line.substr(line.find_first_of(", "));
-  return out.str();
-}
-
-// Every range of scans.csv through `edit(scan, beam, range)`.
-void edit_ranges(const fs::path& file, const std::function<double(int, int, double)>& edit) {
-  int scan = 0;
-  edit_lines(file, [&](double, std::string& line) {
-    constexpr int kHead = 5;  // timestamp, angles, limits
-    std::stringstream in(line);
-    std::string out, cell;
-    for (int i = 0; std::getline(in, cell, ','); ++i) {
-      if (i >= kHead) cell = std::to_string(edit(scan, i - kHead, std::stod(cell)));
-      out += (i > 0 ? "," : "") + cell;
-    }
-    line = out;
-    ++scan;
-    return true;
-  });
-}
-
-struct Outcome {
-  double ate = 0;
-  int poses = 0;
-  std::size_t spurious = 0;
-  bool says_lost = false;
-};
-
-Outcome map_and_evaluate(const Folder& folder, const fs::path& data) {
-  MapRequest request;
-  request.input = data.string();
-  request.output = folder.path() / "map";
-  request.quiet = true;
-  EXPECT_EQ(run_map(request), 0);
-  const Evaluation evaluation = evaluate(request.output, data);
-  std::ifstream metrics(request.output / "metrics.json");
-  const std::string text((std::istreambuf_iterator<char>(metrics)), {});
-  Outcome outcome;
-  outcome.ate = evaluation.trajectory->ate_m.rmse;
-  outcome.poses = evaluation.trajectory->matched;
-  outcome.spurious = evaluation.planes->spurious.size();
-  outcome.says_lost = text.find("steps_with_tracking_lost") != std::string::npos;
-  return outcome;
-}
-
-constexpr double kStart = 1000;  // s: first stamp of simulated recordings
 
 TEST(Faults, NothingWrongIsTheMeasure) {
   const Folder folder;

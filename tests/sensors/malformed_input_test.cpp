@@ -187,14 +187,40 @@ TEST(Malformed, NothingUsableNamesTheReasons) {
   folder.write("depth.txt", "1.0 absent.png\n2.0 absent.png\n");
   EXPECT_EQ(message_of([&] { open_recording(folder.path().string()); }),
             folder.path().string() +
-                ": found nothing usable (2 x missing file), expected depth.txt, left.txt and "
-                "right.txt, or scans.csv with what they list");
+                ": found nothing usable (2 x missing file, first depth.txt: 'absent.png'), "
+                "expected depth.txt, left.txt and right.txt, or scans.csv with what they list");
   folder.write("depth.txt", "1.0 cut.png\n");
   folder.write("cut.png", png().substr(0, 50));
   EXPECT_EQ(message_of([&] { read_all(folder.path().string()); }),
             folder.path().string() +
-                ": found nothing usable (1 x damaged image), expected depth.txt, left.txt and "
-                "right.txt, or scans.csv with what they list");
+                ": found nothing usable (1 x damaged image, first cut.png: 4 x 3, 16 bit grey, "
+                "calibration.yaml has 4 x 3), expected depth.txt, left.txt and right.txt, or "
+                "scans.csv with what they list");
+}
+
+TEST(Malformed, NothingUsableShowsTheFirstCase) {
+  const TemporaryFolder folder;
+  folder.write("calibration.yaml", kCalibration);
+  const auto complaint = [&] { return message_of([&] { read_all(folder.path().string()); }); };
+  folder.write("large.png", encode_png_depth({5, 3, std::vector<std::uint16_t>(15, 1)}));
+  folder.write("depth.txt", "1.0 large.png\n");
+  EXPECT_NE(complaint().find("(1 x wrong image size, first large.png: 5 x 3, 16 bit grey, "
+                             "calibration.yaml has 4 x 3)"),
+            std::string::npos)
+      << complaint();
+  folder.write("depth.txt", "# no stamps\ndepth/1.png\ndepth/2.png\n");
+  EXPECT_NE(complaint().find("(2 x not a number, first depth.txt:2: 'depth/1.png')"),
+            std::string::npos)
+      << complaint();
+  std::filesystem::remove(folder.path() / "depth.txt");
+  folder.write("scans.csv", "1700000000000000000,-1,0.5,0.1,10,1,2\n");  // nanoseconds
+  EXPECT_NE(complaint().find("first scans.csv:1: '1700000000000000000'"), std::string::npos)
+      << complaint();
+  folder.write("scans.csv", "1.0,-1,0.5,10,0.1,1,2\n2.0,-1,0.5,10,0.1,1,2\n");
+  EXPECT_NE(complaint().find("(2 x range_max not above range_min, first scans.csv: "
+                             "'1.0,-1,0.5,10,0.1,1,2')"),
+            std::string::npos)
+      << complaint();
 }
 
 TEST(Malformed, ScansAreSkippedAndCounted) {

@@ -123,7 +123,7 @@
     if (data.live && data.live.doing !== 'finished') return ['The map is still growing: figures are those of this moment.'];
     if (data.metrics && !refine) out.push('The map was not refined as a whole: lamina refine does that.');
     if (refine && refine.status !== 'converged') out.push(`Refinement did not converge (${refine.status.replace(/_/g, ' ')}): the map may still be bent.`);
-    if (c.steps_with_tracking_lost) out.push(`Tracking was lost ${count(c.steps_with_tracking_lost, 'time')}: the map may be torn there.`);
+    if (c.steps_with_tracking_lost) out.push(`Tracking was lost ${count(c.steps_with_tracking_lost, 'time')}, first after ${(c.tracking_lost_after_s ?? 0).toFixed(1)} s: the map may be torn there.`);
     if (c.steps_with_unknown_motion > 1) out.push(`Nothing measured the motion before ${count(c.steps_with_unknown_motion, 'step')}: constant speed was assumed.`);
     if (t && t.length > 50 && data.metrics && !c.loops && !c.scan_loops) {
       out.push('No place was recognised again: drift along the path could not be corrected.');

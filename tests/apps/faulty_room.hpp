@@ -1,0 +1,141 @@
+// A simulated room whose recording can be spoilt, and what mapping it comes to.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include <lamina/apps/evaluation.hpp>
+#include <lamina/apps/mapping.hpp>
+#include <lamina/sensors/calibration.hpp>
+#include <lamina/sensors/image_file.hpp>
+#include <lamina/sim/dataset.hpp>
+
+namespace lamina::apps {
+
+namespace fs = std::filesystem;
+
+// A fresh folder that goes with the test.
+class Folder {
+ public:
+  Folder() {
+    std::string name = (fs::temp_directory_path() / "lamina_faults_XXXXXX").string();
+    path_ = mkdtemp(name.data());
+  }
+  ~Folder() { fs::remove_all(path_); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+// One lap of the furnished room by scans and wheels, by scans alone, or its first quarter by a
+// depth camera alone.
+enum class Senses { kScansAndWheels, kScans, kDepth };
+inline void simulate_room(const fs::path& folder, Senses senses = Senses::kScansAndWheels) {
+  sim::DatasetOptions options;
+  options.grid = false;
+  const bool depth = senses == Senses::kDepth;
+  if (depth) options.max_duration = 16;
+  const char* other = depth ? "lidar.enabled" : "camera.enabled";
+  sim::write_dataset(sim::make_scene("room", {{other, "false"}}), folder, options);
+  if (senses != Senses::kScansAndWheels) fs::remove(folder / "odometry.txt");
+}
+
+// Every line of a file through `edit(time, line)`; false drops it. Comments stay.
+inline void edit_lines(const fs::path& file,
+                       const std::function<bool(double, std::string&)>& edit) {
+  std::ifstream in(file);
+  std::stringstream out;
+  for (std::string line; std::getline(in, line);) {
+    char* end = nullptr;
+    const double time = std::strtod(line.c_str(), &end);
+    const bool data = end != line.c_str();
+    if (!data || edit(time, line)) out << line << '\n';
+  }
+  in.close();
+  std::ofstream(file) << out.str();
+}
+
+// The line with another number in front.
+inline std::string with_time(const std::string& line, double time) {
+  std::ostringstream out;
+  out.precision(15);
+  out << time << line.substr(line.find_first_of(", "));
+  return out.str();
+}
+
+// Every image of depth.txt through `edit(time, image)`.
+inline void edit_images(const fs::path& folder,
+                        const std::function<void(double, DepthImage&)>& edit) {
+  const DepthCamera camera = *read_calibration(folder / "calibration.yaml").depth_camera;
+  edit_lines(folder / "depth.txt", [&](double time, std::string& line) {
+    const fs::path file = folder / line.substr(line.find(' ') + 1);
+    std::string why;
+    auto image = read_depth_image(file, camera.camera.width, camera.camera.height, why);
+    EXPECT_TRUE(image) << why;
+    edit(time, *image);
+    std::ofstream(file, std::ios::binary) << encode_png_depth(*image);
+    return true;
+  });
+}
+
+// Every range of scans.csv through `edit(scan, beam, range)`.
+inline void edit_ranges(const fs::path& file, const std::function<double(int, int, double)>& edit) {
+  int scan = 0;
+  edit_lines(file, [&](double, std::string& line) {
+    constexpr int kHead = 5;  // timestamp, angles, limits
+    std::stringstream in(line);
+    std::string out, cell;
+    for (int i = 0; std::getline(in, cell, ','); ++i) {
+      if (i >= kHead) cell = std::to_string(edit(scan, i - kHead, std::stod(cell)));
+      out += (i > 0 ? "," : "") + cell;
+    }
+    line = out;
+    ++scan;
+    return true;
+  });
+}
+
+struct Outcome {
+  double ate = 0;
+  int poses = 0;
+  std::size_t spurious = 0;
+  bool says_lost = false;
+  double open_share = 0;  // of images that left a direction of their motion open
+  double lost_after = 0;  // s, the last stamp that was tracked
+};
+
+inline Outcome map_and_evaluate(const Folder& folder, const fs::path& data) {
+  MapRequest request;
+  request.input = data.string();
+  request.output = folder.path() / "map";
+  request.quiet = true;
+  EXPECT_EQ(run_map(request), 0);
+  const Evaluation evaluation = evaluate(request.output, data);
+  std::ifstream in(request.output / "metrics.json");
+  const auto metrics = nlohmann::json::parse(in);
+  Outcome outcome;
+  outcome.ate = evaluation.trajectory->ate_m.rmse;
+  outcome.poses = evaluation.trajectory->matched;
+  outcome.spurious = evaluation.planes->spurious.size();
+  outcome.says_lost = metrics["counts"].contains("steps_with_tracking_lost");
+  outcome.open_share = metrics["counts"].value("steps_with_open_direction", 0.0) /
+                       metrics["counts"].value("steps", 1.0);
+  EXPECT_EQ(outcome.says_lost, !metrics["tracking_lost"].empty());
+  if (outcome.says_lost) outcome.lost_after = metrics["tracking_lost"][0]["after_s"];
+  return outcome;
+}
+
+constexpr double kStart = 1000;  // s: first stamp of simulated recordings
+
+}  // namespace lamina::apps
