@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
 #include <sstream>
 
 #include <lamina/io/sealed_file.hpp>
@@ -137,6 +138,14 @@ TEST(Session, ContentThatLiesIsRefused) {
   write_session(file, broken);
   EXPECT_NE(complaint(file).find("a frame hangs on a keyframe that is not there"),
             std::string::npos);
+}
+
+TEST(Session, IdsThatWouldOverflowAreRefused) {
+  const auto file = file_for_test();
+  Session broken = small_session();
+  broken.map.graph.next_keyframe = std::numeric_limits<std::int64_t>::max();
+  write_session(file, broken);
+  EXPECT_NE(complaint(file).find("next id beyond all use"), std::string::npos);
 }
 
 TEST(Session, ShiftMovesEveryStamp) {
