@@ -8,12 +8,9 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 
-#include <lamina/apps/evaluation.hpp>
-#include <lamina/apps/mapping.hpp>
 #include <lamina/sensors/calibration.hpp>
 #include <lamina/sensors/image_file.hpp>
 #include <lamina/sim/dataset.hpp>
@@ -111,30 +108,11 @@ struct Outcome {
   int poses = 0;
   std::size_t spurious = 0;
   bool says_lost = false;
-  double open_share = 0;  // of images that left a direction of their motion open
   double lost_after = 0;  // s, the last stamp that was tracked
 };
 
-inline Outcome map_and_evaluate(const Folder& folder, const fs::path& data) {
-  MapRequest request;
-  request.input = data.string();
-  request.output = folder.path() / "map";
-  request.quiet = true;
-  EXPECT_EQ(run_map(request), 0);
-  const Evaluation evaluation = evaluate(request.output, data);
-  std::ifstream in(request.output / "metrics.json");
-  const auto metrics = nlohmann::json::parse(in);
-  Outcome outcome;
-  outcome.ate = evaluation.trajectory->ate_m.rmse;
-  outcome.poses = evaluation.trajectory->matched;
-  outcome.spurious = evaluation.planes->spurious.size();
-  outcome.says_lost = metrics["counts"].contains("steps_with_tracking_lost");
-  outcome.open_share = metrics["counts"].value("steps_with_open_direction", 0.0) /
-                       metrics["counts"].value("steps", 1.0);
-  EXPECT_EQ(outcome.says_lost, !metrics["tracking_lost"].empty());
-  if (outcome.says_lost) outcome.lost_after = metrics["tracking_lost"][0]["after_s"];
-  return outcome;
-}
+/// Through the program, offline, against the truth beside the recording.
+Outcome map_and_evaluate(const Folder& folder, const fs::path& data);
 
 constexpr double kStart = 1000;  // s: first stamp of simulated recordings
 
