@@ -122,8 +122,7 @@ std::string to_text(const Evaluation& evaluation) {
   if (evaluation.map_planes > 0) {
     text += fmt::format(
         "planes near each other     {} pairs among {}: parallel within 2 degrees, within 0.3 m, "
-        "one "
-        "before the other\n",
+        "one before the other\n",
         evaluation.near_pairs.size(), evaluation.map_planes);
   }
   if (evaluation.grid) text += grid_text(*evaluation.grid);

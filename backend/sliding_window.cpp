@@ -91,13 +91,6 @@ void SlidingWindow::add_plane(PlaneId id, const Plane& plane_anchor,
   if (S.allFinite()) holds_.push_back({id, chart, S});
 }
 
-bool SlidingWindow::add_weak_prior(PlaneId id, double sigma_tilt, double sigma_rho) {
-  const int plane = find(id);
-  if (plane < 0) return false;
-  const Chart& now = planes_[static_cast<std::size_t>(plane)].now;
-  return add_prior(id, Plane(now.normal, now.rho), sigma_tilt, sigma_rho);
-}
-
 bool SlidingWindow::add_prior(PlaneId id, const Plane& at, double sigma_tilt, double sigma_rho) {
   if (!contains(id) || !(sigma_tilt > 0) || !(sigma_rho > 0)) return false;
   const Eigen::Vector3d inverse(1 / sigma_tilt, 1 / sigma_tilt, 1 / sigma_rho);

@@ -76,10 +76,9 @@ class SlidingWindow {
   /// A plane starts with no information of its own, or with the covariance it left with.
   void add_plane(PlaneId id, const Plane& plane_anchor, const Eigen::Vector3d& anchor_map,
                  const std::optional<Eigen::Matrix3d>& covariance = std::nullopt);
-  /// Information on a plane's tilt (rad) and distance (m), as 1-sigma about its present estimate:
-  /// holds directions that no measurement sees.
-  bool add_weak_prior(PlaneId id, double sigma_tilt, double sigma_rho);
-  /// The same about a plane known from elsewhere (map axes, origin at the landmark's anchor).
+  /// Information on a plane's tilt (rad) and distance (m), as 1-sigma about a plane known from
+  /// elsewhere (map axes, origin at the landmark's anchor): holds directions that no measurement
+  /// sees.
   bool add_prior(PlaneId id, const Plane& plane_anchor, double sigma_tilt, double sigma_rho);
   bool add(const PriorFactor& factor);
   bool add(const OdometryFactor& factor);

@@ -64,6 +64,7 @@ class DepthOdometry {
  public:
   explicit DepthOdometry(const DepthOdometryOptions& options = {});
   DepthMotion process(const DepthFrame& frame, const std::optional<MotionGuess>& guess = {});
+  const DepthOdometryOptions& options() const { return options_; }
 
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
