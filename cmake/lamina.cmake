@@ -77,7 +77,10 @@ function(lamina_set_flags target)
     target_compile_definitions(${target} PRIVATE EIGEN_INITIALIZE_MATRICES_BY_NAN)
   endif()
   if(LAMINA_SANITIZE)
-    target_compile_options(${target} PRIVATE -fsanitize=${LAMINA_SANITIZE} -fno-omit-frame-pointer
+    # -O1, and without the four checks that GCC writes at every access: a third of the compile time
+    # (39.8 to 20.3 s for sliding_window.cpp at -O1, 70.9 at -O2). The fuzz targets have them.
+    target_compile_options(${target} PRIVATE -O1 -fsanitize=${LAMINA_SANITIZE} -fno-omit-frame-pointer
+                                             -fno-sanitize=null,alignment,object-size,vptr
                                              -fno-sanitize-recover=all)
     target_link_options(${target} PUBLIC -fsanitize=${LAMINA_SANITIZE})
   endif()
