@@ -204,6 +204,23 @@ double footprint(const SceneCamera& stage, double range) {
   return range * range / (c.T_body_camera.translation().z() * c.fy);
 }
 
+// Pixels that look at the floor of a beam between two ranges and have a return.
+int returns_over(const SceneCamera& stage, const DepthFrame& f, double angle, double from,
+                 double length) {
+  const CameraModel& c = stage.world.rig.depth->camera.camera;
+  int count = 0, row = -1;
+  for (double r = from; r < from + length; r += 1e-3) {
+    const Eigen::Vector3d p = c.T_body_camera.inverse() *
+                              Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), 0);
+    const int u = static_cast<int>(c.fx * p.x() / p.z() + c.cx + 0.5);
+    const int v = static_cast<int>(c.fy * p.y() / p.z() + c.cy + 0.5);
+    if (!(p.z() > 0) || u < 0 || v < 0 || u >= c.width || v >= c.height || v == row) continue;
+    row = v;
+    count += f.raw_at(u, v) != 0;
+  }
+  return count;
+}
+
 void bench_stairs(int frames) {
   SceneCamera stage("stairs_down", {}, 5);
   for (const double off : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
@@ -233,9 +250,13 @@ void bench_stairs(int frames) {
         const double chord = crossing(stage.world.scene, T, scan.angle(i), far, truth) - truth;
         corner += past && chord > 0 && chord < 2 * footprint(stage, truth);
         if (trace && past)
-          std::printf("    passed: frame %d beam %zu of %zu, %.2f m: %s %.2f m, floor to %.2f m\n",
-                      k, i, scan.size(), truth, to_string(scan.cause[i]),
-                      static_cast<double>(scan.range[i]), static_cast<double>(scan.floor_range[i]));
+          std::printf(
+              "    passed: frame %d beam %zu of %zu, %.2f m: %s %.2f m, floor to %.2f m; over %.2f m "
+              "of the opening, %d returns of its %.1f samples\n",
+              k, i, scan.size(), truth, to_string(scan.cause[i]),
+              static_cast<double>(scan.range[i]), static_cast<double>(scan.floor_range[i]), chord,
+              returns_over(stage, f, scan.angle(i), truth, chord),
+              chord / footprint(stage, truth));
       }
       for (const sim::Cylinder& c : stage.world.scene.cylinders()) {
         if (c.name != "post") continue;

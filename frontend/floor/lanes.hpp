@@ -34,6 +34,17 @@ inline Float4 load4_as_float(const std::uint16_t* p) {
   std::memcpy(&x, p, sizeof(x));
   return __builtin_convertvector(__builtin_convertvector(x, Int4), Float4);
 }
+/// Masks, lanes all ones or all zeros: are all of them, is any of them set?
+inline bool all4(const Int4& mask) {
+  std::int64_t halves[2];
+  std::memcpy(halves, &mask, sizeof(halves));
+  return (halves[0] & halves[1]) == -1;
+}
+inline bool any4(const Int4& mask) {
+  std::int64_t halves[2];
+  std::memcpy(halves, &mask, sizeof(halves));
+  return (halves[0] | halves[1]) != 0;
+}
 inline float sum4(const Float4& x) { return (x[0] + x[1]) + (x[2] + x[3]); }
 /// x where the mask is set, 0 elsewhere: NaN and infinity included.
 inline Float4 only(const Int4& mask, const Float4& x) {

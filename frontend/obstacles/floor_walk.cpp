@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <lamina/frontend/floor/lanes.hpp>
+#include <lamina/frontend/obstacles/line_samples.hpp>
 
 namespace lamina {
 namespace {
@@ -29,10 +30,11 @@ class Walk {
         labels_(labels),
         planes_(planes),
         options_(options),
-        direction_(std::cos(line.azimuth), std::sin(line.azimuth)),
+        samples_(view, line),
         noise_px_(
             static_cast<float>(options.noise_sigmas *
                                std::hypot(view.noise.disparity_sigma, view.noise.disparity_floor))),
+        per_local_(static_cast<float>(1 / options.local_floor_m)),
         step_(static_cast<float>(options.max_step_m)),
         depth_(static_cast<float>(options.min_hole_depth_m)) {
     // A floor taken from the tracked mounting is not this frame's own.
@@ -49,11 +51,12 @@ class Walk {
   bool bridged(int i);
   void accept(int i);
   int stride(int i);
-  void follow_height(int i, double step);
+  int past_missing(int i);
+  void follow_height(int i, float range, float height);
   WalkEnd end_at(BeamCause cause, double beyond);
   WalkEnd end_of_floor();
   void follow(int plane);
-  double range_on_floor(double i) const;
+  double range_on_floor(double i) const { return samples_.range_on_floor(i); }
   double last_range() const { return last_ >= 0 ? range_on_floor(last_) : 0; }
   double floor_height(double range) const;
   bool in_shadow() const;
@@ -64,20 +67,15 @@ class Walk {
   std::span<const std::uint8_t> labels_;
   WalkPlanes& planes_;
   const ScanOptions& options_;
-  Eigen::Vector2d direction_;
-  float noise_px_, step_, depth_;
+  LineSamples samples_;
+  float noise_px_, per_local_, step_, depth_;
 
   int plane_ = 0, next_plane_ = 0;
-  // Of the plane walked on: disparity from the principal point, and metres to pixels.
-  Eigen::Vector3f expected_ = Eigen::Vector3f::Zero();
-  float per_height_ = 0;
-  double disparity0_ = 0, disparity_step_ = 0, outward0_ = 0, outward_step_ = 0;
-  float offset_ = 0;    // running mean of the height above the plane (m)
-  float above_px_ = 0;  // of the pixel at hand above the plane walked on (px)
-  float d_ = 0;         // its disparity
-  int last_ = -1;       // last sample on floor
-  int followed_ = -1;   // last sample at which offset_ was brought up to date
-  double followed_range_ = 0;
+  float offset_ = 0;   // running mean of the height above the plane walked on (m)
+  float d_ = 0;        // disparity of the pixel at hand, where it is no plain floor
+  int last_ = -1;      // last sample on floor
+  int followed_ = -1;  // last sample at which offset_ was brought up to date
+  float followed_range_ = 0;
   int above_ = 0, below_ = 0, first_above_ = -1, first_below_ = -1;
   float below_d_ = 0, above_d_ = 0;
   int pending_ = 0, first_pending_ = -1,
@@ -87,30 +85,15 @@ class Walk {
   std::uint32_t history_ = 0;  // one bit a sample up to last_: was it floor?
 };
 
-// Along a line the floor's disparity and the ray's outward part both change linearly.
 void Walk::follow(int plane) {
   plane_ = plane;
-  WalkPlane& walked = planes_.planes[static_cast<std::size_t>(plane)];
-  expected_ = walked.disparity;
-  per_height_ = 1 / walked.camera_height;
-  const Eigen::Vector3d p = walked.disparity.cast<double>();
-  const double u = static_cast<double>(line_.u0), v = static_cast<double>(line_.v0);
-  const double du = static_cast<double>(line_.du), dv = static_cast<double>(line_.dv);
-  disparity0_ = p.dot(Eigen::Vector3d(u - view_.cx, v - view_.cy, 1));
-  disparity_step_ = p.x() * du + p.y() * dv;
-  outward0_ = view_.ray(u, v).head<2>().dot(direction_);
-  outward_step_ = view_.ray(u + du, v + dv).head<2>().dot(direction_) - outward0_;
-}
-
-// Horizontal distance from the camera's foot at which sample i's ray meets the floor walked on.
-double Walk::range_on_floor(double i) const {
-  const double d = disparity0_ + i * disparity_step_;
-  return d > 1e-9 ? view_.noise.focal_baseline / d * (outward0_ + i * outward_step_) : 1e9;
+  const WalkPlane& walked = planes_.planes[static_cast<std::size_t>(plane)];
+  samples_.follow({walked.disparity, walked.camera_height, noise_px_, step_});
 }
 
 double Walk::floor_height(double range) const {
   const Eigen::Vector3d p = planes_.planes[static_cast<std::size_t>(plane_)].body.cast<double>();
-  const Eigen::Vector2d xy = view_.t.head<2>() + direction_ * range;
+  const Eigen::Vector2d xy = view_.t.head<2>() + line_.direction * range;
   return p.x() * xy.x() + p.y() * xy.y() + p.z();
 }
 
@@ -123,28 +106,19 @@ bool Walk::faded(double range) const {
 }
 
 Pixel Walk::classify(int i) {
-  const float u = line_.u0 + static_cast<float>(i) * line_.du;
-  const float v = line_.v0 + static_cast<float>(i) * line_.dv;
-  const int pu = static_cast<int>(u + 0.5F), pv = static_cast<int>(v + 0.5F);
-  const std::size_t at =
-      static_cast<std::size_t>(pv) * static_cast<std::size_t>(view_.image->width) +
-      static_cast<std::size_t>(pu);
-  d_ = view_.image->d[at];
-  if (!(d_ > 0)) return Pixel::kMissing;
-  const float fu = static_cast<float>(pu) - static_cast<float>(view_.cx);
-  const float fv = static_cast<float>(pv) - static_cast<float>(view_.cy);
-  // Above the plane by height: d - expected = height d / camera_height.
-  const float px_per_m = d_ * per_height_;
-  above_px_ = d_ - (expected_.x() * fu + expected_.y() * fv + expected_.z());
-  const float off = above_px_ - offset_ * px_per_m;
+  samples_.need(i, 1);
+  const float tolerance2 = *samples_.tolerance2(i);
+  if (!(tolerance2 > 0)) return Pixel::kMissing;
+  const float off = *samples_.height(i) - offset_;
   next_plane_ = plane_;
-  if (std::abs(off) <= std::max(noise_px_, step_ * px_per_m)) return Pixel::kFloor;
+  if (off * off <= tolerance2) return Pixel::kFloor;
+  d_ = view_.image->d[samples_.pixel(i)];
   // Another level or ramp, where it meets the surface walked on.
-  const int other = labels_.empty() ? -1 : planes_.of_label[labels_[at]];
+  const int other = labels_.empty() ? -1 : planes_.of_label[labels_[samples_.pixel(i)]];
   if (other >= 0 && other != plane_) {
     const Eigen::Vector3f& q = planes_.planes[static_cast<std::size_t>(other)].body;
     const double range = range_on_floor(last_ >= 0 ? last_ : i);
-    const Eigen::Vector2d xy = view_.t.head<2>() + direction_ * range;
+    const Eigen::Vector2d xy = view_.t.head<2>() + line_.direction * range;
     const double there = q.cast<double>().dot(Eigen::Vector3d(xy.x(), xy.y(), 1));
     if (std::abs(there - floor_height(range)) <= options_.max_step_m + 0.02 * range) {
       next_plane_ = other;
@@ -152,48 +126,50 @@ Pixel Walk::classify(int i) {
     }
   }
   if (off > 0) return Pixel::kAbove;
-  return off < -std::max(noise_px_, depth_ * px_per_m) ? Pixel::kBelow : Pixel::kFloor;
+  const float height = planes_.planes[static_cast<std::size_t>(plane_)].camera_height;
+  return off < -std::max(noise_px_ * (height / d_), depth_) ? Pixel::kBelow : Pixel::kFloor;
 }
 
-// The running mean takes in sample i, `step` metres after the one before.
-void Walk::follow_height(int i, double step) {
-  const float share = static_cast<float>(std::clamp(step / options_.local_floor_m, 0.05, 0.5));
-  const float height = above_px_ / (d_ * per_height_);
+// The running mean takes in the height of sample i.
+void Walk::follow_height(int i, float range, float height) {
+  const float step = followed_ >= 0 ? range - followed_range_ : 0;
+  const float share = std::clamp(step * per_local_, 0.05F, 0.5F);
   offset_ += share * (std::clamp(height, -3 * step_, 3 * step_) - offset_);
   followed_ = i;
+  followed_range_ = range;
 }
 
 // Amid floor: four samples at a time, as long as all of them are floor. They are held against the
 // same running mean, which the last of them brings up to date, so that the outcome is that of
 // accept() one by one, to the bit. Returns the first sample that is still to be looked at.
 int Walk::stride(int i) {
-  const int width = view_.image->width;
-  const float* image = view_.image->d.data();
-  const float cx = static_cast<float>(view_.cx), cy = static_cast<float>(view_.cy);
-  constexpr Float4 kSteps = {0, 1, 2, 3};
-  while (i == followed_ + 1 && i + kFollowEvery <= line_.samples) {
-    const Float4 at = static_cast<float>(i) + kSteps;
-    const Int4 pu = __builtin_convertvector(line_.u0 + at * line_.du + 0.5F, Int4);
-    const Int4 pv = __builtin_convertvector(line_.v0 + at * line_.dv + 0.5F, Int4);
-    const Float4 d = {image[pv[0] * width + pu[0]], image[pv[1] * width + pu[1]],
-                      image[pv[2] * width + pu[2]], image[pv[3] * width + pu[3]]};
-    const Float4 fu = __builtin_convertvector(pu, Float4) - cx;
-    const Float4 fv = __builtin_convertvector(pv, Float4) - cy;
-    const Float4 px_per_m = d * per_height_;
-    const Float4 above = d - (expected_.x() * fu + expected_.y() * fv + expected_.z());
-    const Float4 off = above - offset_ * px_per_m;
-    const Float4 scaled = step_ * px_per_m;
-    const Float4 tolerance = scaled > noise_px_ ? scaled : noise_px_ + Float4{};
-    const Int4 floor = (d > 0.0F) & (off <= tolerance) & (-off <= tolerance);
-    if ((floor[0] & floor[1] & floor[2] & floor[3]) == 0) return i;
-    i += kFollowEvery;
-    history_ = (history_ << kFollowEvery) | ((1U << kFollowEvery) - 1);
-    last_ = i - 1;
-    above_px_ = above[3];
-    d_ = d[3];
-    const double range = range_on_floor(last_);
-    follow_height(last_, range - followed_range_);
-    followed_range_ = range;
+  const int from = i;
+  float offset = offset_, before = followed_range_;
+  const float most = 3 * step_, per_local = per_local_;
+  for (; i + kFollowEvery <= line_.samples; i += kFollowEvery) {
+    samples_.need(i, kFollowEvery);
+    const Float4 height = load4(samples_.height(i)), tolerance2 = load4(samples_.tolerance2(i));
+    const Float4 off = height - offset;
+    if (!all4((off * off <= tolerance2) & (tolerance2 > 0.0F))) break;
+    const float range = samples_.range(i)[3];
+    const float share = std::clamp((range - before) * per_local, 0.05F, 0.5F);
+    offset += share * (std::clamp(height[3], -most, most) - offset);
+    before = range;
+  }
+  if (i == from) return i;
+  const int count = i - from;
+  history_ = (count < 32 ? history_ << count : 0U) | (count < 32 ? (1U << count) - 1 : ~0U);
+  offset_ = offset;
+  followed_range_ = before;
+  followed_ = last_ = i - 1;
+  return i;
+}
+
+// Missing pixels change nothing: the first sample from i on that may be none of them.
+int Walk::past_missing(int i) {
+  for (; i + 4 <= line_.samples; i += 4) {
+    samples_.need(i, 4);
+    if (any4(load4(samples_.tolerance2(i)) > 0.0F)) break;
   }
   return i;
 }
@@ -202,15 +178,14 @@ int Walk::stride(int i) {
 void Walk::accept(int i) {
   if (next_plane_ != plane_) {
     follow(next_plane_);
-    offset_ = above_px_ = 0;
+    offset_ = 0;
     followed_ = -1;
   }
   const int ago = last_ < 0 ? 31 : std::min(31, i - last_);
   if (followed_ < 0 || ago > 1 || i - followed_ >= kFollowEvery) {
-    const double range = range_on_floor(i);
-    follow_height(i, followed_ >= 0 ? range - followed_range_ : 0);
+    samples_.need(i, 1);
+    follow_height(i, *samples_.range(i), *samples_.height(i));
     planes_.planes[static_cast<std::size_t>(plane_)].entered = true;
-    followed_range_ = range;
   }
   history_ = (history_ << ago) | 1U;
   last_ = i;
@@ -316,7 +291,10 @@ WalkEnd Walk::run(Pace pace) {
       if (!on_floor(i)) return end_of_floor();
       continue;
     }
-    if (pixel == Pixel::kMissing) continue;
+    if (pixel == Pixel::kMissing) {
+      if (pace == Pace::kStrides) i = past_missing(i + 1) - 1;
+      continue;
+    }
     pending_ = 0;
     if (pixel == Pixel::kAbove) {
       if (above_++ == 0) {
@@ -326,8 +304,9 @@ WalkEnd Walk::run(Pace pace) {
       if (above_ < options_.min_run_px) continue;
       const double u = static_cast<double>(line_.u0 + static_cast<float>(first_above_) * line_.du);
       const double v = static_cast<double>(line_.v0 + static_cast<float>(first_above_) * line_.dv);
-      const double range =
-          (view_.point(u, v, static_cast<double>(above_d_)) - view_.t).head<2>().dot(direction_);
+      const double range = (view_.point(u, v, static_cast<double>(above_d_)) - view_.t)
+                               .head<2>()
+                               .dot(line_.direction);
       if (last_ >= 0 && range - last_range() >
                             options_.max_gap_m + 2 * (range_on_floor(last_ + 1) - last_range()))
         return end_of_floor();

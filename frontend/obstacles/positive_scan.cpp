@@ -48,12 +48,9 @@ inline void store(float* p, float x) { *p = x; }
 // Is there anything between the tolerance and the top? Height is linear in 1 / d, so that the tests
 // need no division: pz > a <=> (tz - a) d + fb z > 0.
 template <class Lanes>
-auto is_above(const float* from, int u, const Row& r, const Limits& l) {
-  const float low = l.tz - l.step, high = l.tz - l.top, noise = l.fb * l.noise_per_z;
-  Lanes d;
-  load(from, d);
-  const Lanes up = (r.z0 + r.dz * first_columns(u, d)) * l.fb;
-  return (d > 0.0F) & (low * d + up >= 0.0F) & (l.tz * d + up >= noise) & (high * d + up <= 0.0F);
+auto is_above(const Lanes& d, const Lanes& fu, const Row& r, const Limits& l) {
+  const Lanes scaled = l.tz * d + (r.z0 * l.fb + r.dz * l.fb * fu);
+  return (scaled >= l.step * d) & (scaled >= l.fb * l.noise_per_z) & (scaled <= l.top * d);
 }
 
 // Pixels at column u: squared horizontal range of obstacle pixels, kFar elsewhere; nearest: the
@@ -97,10 +94,11 @@ bool anything(const float* d, int from, int count, const Row& r, const Limits& l
   int k = 0;
   if (pace == Pace::kStrides) {
     Int4 four{};
-    for (; k + 4 <= count; k += 4) four |= is_above<Float4>(d + k, from + k, r, l);
-    found = (four[0] | four[1] | four[2] | four[3]) != 0;
+    Float4 fu = first_columns(from, Float4{});
+    for (; k + 4 <= count; k += 4, fu += 4) four |= is_above(load4(d + k), fu, r, l);
+    found = any4(four);
   }
-  for (; k < count; ++k) found |= is_above<float>(d + k, from + k, r, l);
+  for (; k < count; ++k) found |= is_above(d[k], static_cast<float>(from + k), r, l);
   return found;
 }
 

@@ -18,12 +18,11 @@ class Profile {
  public:
   Profile(const ScanView& view, const WalkLine& line, const WalkPlane& plane)
       : view_(view), line_(line), plane_(plane) {
-    const Eigen::Vector2d out(std::cos(line.azimuth), std::sin(line.azimuth));
     const double u = static_cast<double>(line.u0), v = static_cast<double>(line.v0);
-    outward0_ = view.ray(u, v).head<2>().dot(out);
+    outward0_ = view.ray(u, v).head<2>().dot(line.direction);
     outward_step_ = view.ray(u + static_cast<double>(line.du), v + static_cast<double>(line.dv))
                         .head<2>()
-                        .dot(out) -
+                        .dot(line.direction) -
                     outward0_;
   }
 

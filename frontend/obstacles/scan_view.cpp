@@ -74,13 +74,14 @@ void ScanView::find_azimuths() {
 WalkLine ScanView::line(double azimuth) const {
   WalkLine out;
   out.azimuth = azimuth;
+  out.direction = {std::cos(azimuth), std::sin(azimuth)};
   const auto project = [&](const Eigen::Vector3d& direction_body) {
     const Eigen::Vector3d d = R.transpose() * direction_body;
     return Eigen::Vector3d(fx * d.x() + cx * d.z(), fy * d.y() + cy * d.z(), d.z());
   };
   // Directions from straight down (x = 0) to the horizon (x = 1).
   const Eigen::Vector3d a = project({0, 0, -1});
-  const Eigen::Vector3d b = project({std::cos(azimuth), std::sin(azimuth), 0});
+  const Eigen::Vector3d b = project({out.direction.x(), out.direction.y(), 0});
   // Stereo matchers' windows reach over the border at the sides.
   const double margin =
       noise.kind == DepthNoise::Kind::kStereo ? std::floor(0.01 * image->width) : 0;

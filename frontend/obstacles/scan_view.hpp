@@ -14,9 +14,10 @@ namespace lamina {
 /// A way outward over the floor: the image of a vertical plane through the optical centre.
 /// Samples are spaced one pixel (along the longer image axis) from near to far.
 struct WalkLine {
-  double azimuth = 0;       ///< rad, body frame, about the camera's foot
-  float u0 = 0, v0 = 0;     ///< first sample (px)
-  float du = 0, dv = 0;     ///< step (px)
+  double azimuth = 0;  ///< rad, body frame, about the camera's foot
+  Eigen::Vector2d direction = Eigen::Vector2d::UnitX();  ///< its cosine and sine
+  float u0 = 0, v0 = 0;                                  ///< first sample (px)
+  float du = 0, dv = 0;                                  ///< step (px)
   bool exits_side = false;  ///< it leaves the image by its left or right border
   int samples = 0;          ///< up to the border of the image or the horizon
 };

@@ -203,9 +203,9 @@ struct End2 {
   double angle = 0, range = 0;
 };
 
-End2 in_body(const ScanView& view, double azimuth, double range) {
-  const double x = view.t.x() + range * std::cos(azimuth),
-               y = view.t.y() + range * std::sin(azimuth);
+End2 in_body(const ScanView& view, const WalkLine& line, double range) {
+  const double x = view.t.x() + range * line.direction.x(),
+               y = view.t.y() + range * line.direction.y();
   return {std::atan2(y, x), std::hypot(x, y)};
 }
 
@@ -234,7 +234,7 @@ void draw_ends(const ScanView& view, const std::vector<WalkLine>& lines,
   for (std::size_t j = 0; j < ends.size(); ++j) {
     const WalkEnd& e = ends[j];
     if (e.cause == BeamCause::kNone) continue;
-    const End2 a = in_body(view, lines[j].azimuth, e.range);
+    const End2 a = in_body(view, lines[j], e.range);
     const int at = out.beam_of(a.angle);
     put(out, barred, at, a.range, e);
     if (at >= 0 && e.sample >= 0) {
@@ -245,7 +245,7 @@ void draw_ends(const ScanView& view, const std::vector<WalkLine>& lines,
     if (j + 1 >= ends.size() || ends[j + 1].cause == BeamCause::kNone) continue;
     // The beams between two ends that belong together.
     const WalkEnd& f = ends[j + 1];
-    const End2 b = in_body(view, lines[j + 1].azimuth, f.range);
+    const End2 b = in_body(view, lines[j + 1], f.range);
     const int to = out.beam_of(b.angle);
     if (at < 0 || to < 0 || std::abs(to - at) < 2 || std::abs(to - at) > 20) continue;
     const bool joined = alike(e, f, 4) || std::abs(a.range - b.range) < 0.1;
