@@ -1,5 +1,6 @@
 // The table of the obstacle scans: rims of holes, flat floors, stairs, speed, real potholes.
-//   obstacles_bench all | holes | flat [FRAMES] | stairs | time | real FOLDER | methods | trace
+//   obstacles_bench all | holes | flat [FRAMES] | stairs | time | real FOLDER | methods | trace |
+//   bound
 // `trace` prints every beam that misses the near edge of a hole, or passes the top of a stair.
 #include <algorithm>
 #include <cmath>
@@ -14,105 +15,11 @@
 #include <lamina/sensors/stereo_frame.hpp>
 #include <lamina/sim/world.hpp>
 
-#include "scene_camera.hpp"
+#include "obstacles_truth.hpp"
 
 using namespace lamina;
 
 namespace {
-
-SE3 pose(double x, double y, double yaw) { return SE3(SO3::rot_z(yaw), {x, y, 0}); }
-
-// Range at which a beam first crosses a rim beyond `from`, -1: never. `near`: that rim faces the
-// robot.
-double crossing(const sim::Scene& scene, const SE3& T_map_body, double angle, bool& near,
-                double from = 0) {
-  const Eigen::Vector2d o = T_map_body.translation().head<2>();
-  const Eigen::Vector3d d3 =
-      T_map_body.so3() * Eigen::Vector3d(std::cos(angle), std::sin(angle), 0);
-  const Eigen::Vector2d d = d3.head<2>();
-  double best = -1;
-  for (const sim::HoleEdge& e : scene.hole_edges()) {
-    const Eigen::Vector2d a = e.from_map.head<2>(), s = e.to_map.head<2>() - a;
-    const double cross = d.x() * s.y() - d.y() * s.x();
-    if (std::abs(cross) < 1e-9) continue;
-    const Eigen::Vector2d w = a - o;
-    const double r = (w.x() * s.y() - w.y() * s.x()) / cross;
-    const double k = (w.x() * d.y() - w.y() * d.x()) / cross;
-    if (r > from && k >= 0 && k <= 1 && (best < 0 || r < best)) {
-      best = r;
-      near = std::abs(s.x()) < 1e-6;
-    }
-  }
-  return best;
-}
-
-double quantile(std::vector<double> v, double q) {
-  if (v.empty()) return NAN;
-  std::sort(v.begin(), v.end());
-  return v[std::min(v.size() - 1, static_cast<std::size_t>(q * static_cast<double>(v.size())))];
-}
-
-struct Rims {
-  int beams = 0, reported = 0, passed = 0;
-  std::vector<double> errors;
-};
-
-// Beams over the near edge, by range of the edge: up to 2 m, 2 to 3 m.
-// Does the camera have that point of the floor in view?
-bool in_view(const SceneCamera& stage, double angle, double range) {
-  const CameraModel& c = stage.world.rig.depth->camera.camera;
-  const Eigen::Vector3d p = c.T_body_camera.inverse() *
-                            Eigen::Vector3d(range * std::cos(angle), range * std::sin(angle), 0);
-  if (!(p.z() > 0)) return false;
-  const double u = c.fx * p.x() / p.z() + c.cx, v = c.fy * p.y() / p.z() + c.cy;
-  return u >= 0 && u <= c.width - 1 && v >= 0 && v <= c.height - 1;
-}
-
-bool trace = false;  // print each missed beam
-
-void score(const SceneCamera& stage, const SE3& T, const ObstacleScan& scan, Rims (&rims)[2]) {
-  for (std::size_t i = 0; i < scan.size(); ++i) {
-    bool near = false;
-    const double truth = crossing(stage.world.scene, T, scan.angle(i), near);
-    if (truth < 0 || !near || truth > 3 || !in_view(stage, scan.angle(i), truth)) continue;
-    Rims& r = rims[truth <= 2 ? 0 : 1];
-    ++r.beams;
-    if (trace &&
-        !(scan.cause[i] != BeamCause::kNone && scan.cause[i] != BeamCause::kEdgeOfKnowledge &&
-          std::abs(static_cast<double>(scan.range[i]) - truth) <= 0.3)) {
-      const Eigen::Vector3d c =
-          T * Eigen::Vector3d(truth * std::cos(scan.angle(i)), truth * std::sin(scan.angle(i)), 0);
-      std::printf("    missed: beam %zu of %zu, %.2f m at y %.2f: %s %.2f m, floor to %.2f m\n", i,
-                  scan.size(), truth, c.y(), to_string(scan.cause[i]),
-                  static_cast<double>(scan.range[i]), static_cast<double>(scan.floor_range[i]));
-    }
-    if (scan.cause[i] == BeamCause::kNone || scan.cause[i] == BeamCause::kEdgeOfKnowledge) continue;
-    const double error = static_cast<double>(scan.range[i]) - truth;
-    r.passed += error > 0.3;
-    if (std::abs(error) > 0.3) continue;
-    ++r.reported;
-    r.errors.push_back(error);
-  }
-}
-
-void print(const char* name, double off, const Rims (&rims)[2]) {
-  std::printf("%-30s %+.1f deg", name, off);
-  const double limit[2] = {0.03, 0.06};
-  for (int b = 0; b < 2; ++b) {
-    const Rims& r = rims[b];
-    double mean = 0;
-    int within = 0;
-    for (double e : r.errors) {
-      mean += e / static_cast<double>(r.errors.size());
-      within += std::abs(e) <= limit[b];
-    }
-    std::printf("  | %s %6.2f %% of %6d, passed %.2f %%, bias %+.1f cm, within %.0f cm %5.1f %%",
-                b == 0 ? "to 2 m" : "to 3 m", 100.0 * r.reported / std::max(1, r.beams), r.beams,
-                100.0 * r.passed / std::max(1, r.beams), 100 * mean, 100 * limit[b],
-                100.0 * within / std::max<std::size_t>(1, r.errors.size()));
-  }
-  std::printf("\n");
-}
 
 struct Rig {
   const char* name;
@@ -125,7 +32,7 @@ const Rig kRigs[] = {
 
 // Drives towards the hole with a mounting that is off (deg).
 void drive(const char* scene, const Rig& rig, double off, const ScanOptions& options, int frames,
-           Rims (&rims)[2]) {
+           Rims (&rims)[2], Known (*known)[2] = nullptr) {
   SceneCamera stage(scene, rig.parameters, 7);
   FloorFrontend frontend;
   ObstacleScanner scanner(options);
@@ -136,7 +43,9 @@ void drive(const char* scene, const Rig& rig, double off, const ScanOptions& opt
         stage.frame(T, static_cast<std::uint64_t>(k), 0.5 * off * kDegree, off * kDegree);
     const FloorResult floor = frontend.process(f);
     if (trace) std::printf("  frame %d at x %.2f: %s\n", k, x, to_string(floor.status));
-    score(stage, T, scanner.process(f, floor), rims);
+    const ObstacleScan scan = scanner.process(f, floor);
+    score(stage, T, scan, rims);
+    if (known != nullptr) know(stage, T, f, scan, *known);
   }
 }
 
@@ -177,6 +86,24 @@ void bench_methods(int frames) {
   }
 }
 
+void bench_bound(int frames) {
+  for (const Rig& rig : kRigs) {
+    Rims rims[2];
+    Known known[2];
+    drive("hole", rig, 0, {}, frames, rims, &known);
+    for (int b = 0; b < 2; ++b) {
+      const Known& k = known[b];
+      const double n = std::max(1, k.beams);
+      std::printf(
+          "bound hole %-20s %s: of the last 30 cm before the edge %4.1f %% of the samples return; "
+          "%5.1f %% of %d beams have any return there, %5.1f %% have %d; reported %5.1f %%\n",
+          rig.name, b == 0 ? "to 2 m" : "to 3 m", 100 * k.returns / std::max(1.0, k.samples),
+          100 * k.any / n, k.beams, 100 * k.run / n, ScanOptions().min_run_px,
+          100 * rims[b].reported / n);
+    }
+  }
+}
+
 void bench_flat(int frames) {
   int beams[5] = {}, not_found = 0;
   for (int k = 0; k < frames; ++k) {
@@ -196,29 +123,6 @@ void bench_flat(int frames) {
       "flat, %d frames, 0.3 m and default mounting, up to 1 deg off: false beams: hole %d, "
       "ledge %d, obstacle %d; edge of knowledge %d, none %d; floor missed %d\n",
       frames, beams[2], beams[3], beams[1], beams[4], beams[0], not_found);
-}
-
-// Floor one sample covers at a range (m), looking ahead.
-double footprint(const SceneCamera& stage, double range) {
-  const CameraModel& c = stage.world.rig.depth->camera.camera;
-  return range * range / (c.T_body_camera.translation().z() * c.fy);
-}
-
-// Pixels that look at the floor of a beam between two ranges and have a return.
-int returns_over(const SceneCamera& stage, const DepthFrame& f, double angle, double from,
-                 double length) {
-  const CameraModel& c = stage.world.rig.depth->camera.camera;
-  int count = 0, row = -1;
-  for (double r = from; r < from + length; r += 1e-3) {
-    const Eigen::Vector3d p = c.T_body_camera.inverse() *
-                              Eigen::Vector3d(r * std::cos(angle), r * std::sin(angle), 0);
-    const int u = static_cast<int>(c.fx * p.x() / p.z() + c.cx + 0.5);
-    const int v = static_cast<int>(c.fy * p.y() / p.z() + c.cy + 0.5);
-    if (!(p.z() > 0) || u < 0 || v < 0 || u >= c.width || v >= c.height || v == row) continue;
-    row = v;
-    count += f.raw_at(u, v) != 0;
-  }
-  return count;
 }
 
 void bench_stairs(int frames) {
@@ -251,12 +155,12 @@ void bench_stairs(int frames) {
         corner += past && chord > 0 && chord < 2 * footprint(stage, truth);
         if (trace && past)
           std::printf(
-              "    passed: frame %d beam %zu of %zu, %.2f m: %s %.2f m, floor to %.2f m; over %.2f m "
+              "    passed: frame %d beam %zu of %zu, %.2f m: %s %.2f m, floor to %.2f m; over %.2f "
+              "m "
               "of the opening, %d returns of its %.1f samples\n",
               k, i, scan.size(), truth, to_string(scan.cause[i]),
               static_cast<double>(scan.range[i]), static_cast<double>(scan.floor_range[i]), chord,
-              returns_over(stage, f, scan.angle(i), truth, chord),
-              chord / footprint(stage, truth));
+              returns_over(stage, f, scan.angle(i), truth, chord), chord / footprint(stage, truth));
       }
       for (const sim::Cylinder& c : stage.world.scene.cylinders()) {
         if (c.name != "post") continue;
@@ -378,6 +282,7 @@ int main(int argc, char** argv) {
     bench_stairs(count > 0 ? count : 12);
   }
   if (all || verb == "flat") bench_flat(count > 0 ? count : 1000);
+  if (all || verb == "bound") bench_bound(count > 0 ? count : 12);
   if (all || verb == "stairs") bench_stairs(count > 0 ? count : 40);
   if (all || verb == "time") bench_time();
   if (verb == "real" && argc > 2) bench_real(argv[2], argc > 3);

@@ -1,6 +1,7 @@
 // Rims that go on where only a little shows: hysteresis along the image.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <lamina/frontend/obstacles/floor_walk.hpp>
 
@@ -58,12 +59,16 @@ class Profile {
     for (int k = i - kBefore; k < i; ++k) add(k, before, n);
     for (int k = i; k < i + count; ++k) add(k, behind, m);
     if (n < kMeasuredBefore || m < kMeasuredBehind) return 0;
-    // Neighbours along the line share their noise: three of them are one.
-    const float own = static_cast<float>(view_.noise.disparity_sigma);
-    const float slope = plane_.disparity.x() * line_.du + plane_.disparity.y() * line_.dv;
-    const float aside = kLateral * slope;
-    const float variance = own * own + aside * aside / static_cast<float>(m);
-    return (before / static_cast<float>(n) - behind / static_cast<float>(m)) / std::sqrt(variance);
+    return (before / static_cast<float>(n) - behind / static_cast<float>(m)) / sigma(m);
+  }
+  /// The longest way (m) across a pit's corner that may show no drop: the ground below it lies
+  /// c h / range lower at the rim and nothing lower where the way ends, half that in the mean, of
+  /// which noise hides kSigmas; and two samples must be seen at all.
+  double hidden_way(double at) const {
+    const double i = sample_at(at);
+    const double d = static_cast<double>(expected(static_cast<float>(i)));
+    const double noise = static_cast<double>(kSigmas * sigma(kMeasuredBehind));
+    return 2 * noise * at / std::max(d, 1e-3) + kMeasuredBehind * (range(i) - range(i - 1));
   }
 
  private:
@@ -71,6 +76,13 @@ class Profile {
     const float u = line_.u0 + i * line_.du - static_cast<float>(view_.cx);
     const float v = line_.v0 + i * line_.dv - static_cast<float>(view_.cy);
     return plane_.disparity.x() * u + plane_.disparity.y() * v + plane_.disparity.z();
+  }
+  // Of the mean of m samples (px). Neighbours along the line share their noise: three are one.
+  float sigma(int m) const {
+    const float own = static_cast<float>(view_.noise.disparity_sigma);
+    const float slope = plane_.disparity.x() * line_.du + plane_.disparity.y() * line_.dv;
+    const float aside = kLateral * slope;
+    return std::sqrt(own * own + aside * aside / static_cast<float>(m));
   }
   void add(int i, float& sum, int& n) const {
     if (i < 0 || i >= line_.samples) return;
@@ -100,10 +112,11 @@ class StraightRim {
     for (double* sum : {&cc_, &cs_, &ss_, &cy_, &sy_, &n_}) *sum *= kForget;
     cc_ += c * c, cs_ += c * s, ss_ += s * s, cy_ += c * y, sy_ += s * y, n_ += 1;
   }
+  bool known() const { return n_ >= 8; }
   /// 0 where too few lines say where it goes.
   double range(double azimuth) const {
     const double det = cc_ * ss_ - cs_ * cs_;
-    if (n_ < 8 || !(det > 0)) return 0;
+    if (!known() || !(det > 0)) return 0;
     const double a = (cy_ * ss_ - sy_ * cs_) / det, b = (sy_ * cc_ - cy_ * cs_) / det;
     const double y = a * std::cos(azimuth) + b * std::sin(azimuth);
     return y > 1e-3 ? 1 / y : 0;
@@ -118,14 +131,25 @@ struct Rim {
   WalkEnd end;  // of the last line that has it
   StraightRim straight;
   double step = 0;  // m its range changes from line to line
+  double gap = 0;   // m of unseen ground behind it, of the last line that saw below
   int firm = 0;     // lines it was seen on
   int on = -1;      // lines it may still go on unseen, -1: any number
   int skipped = 0;  // lines since then that ended before it
   bool known = false;
 
-  double expected(double azimuth) const {
+  /// Between the last floor and the first ground seen below lies the rim.
+  double reach(const Profile& profile, double from) const {
+    constexpr int kFarthest = 8;  // samples
+    return std::min(from + gap, profile.range(profile.sample_at(from) + kFarthest));
+  }
+  /// `aside`: m since the last line that has it. Ends scatter where floor fades: no line through
+  /// them leads farther off than a rim as oblique as kSteepest would.
+  double expected(double azimuth, double aside) const {
+    constexpr double kSteepest = 2;  // m of range a metre aside
     const double range = skipped > 0 ? straight.range(azimuth) : 0;
-    return range > 0 ? range : end.range + step;
+    if (!(range > 0)) return end.range + step;
+    const double most = 3 * end.footprint + kSteepest * aside;
+    return std::clamp(range, end.range - most, end.range + most);
   }
 };
 
@@ -144,11 +168,12 @@ void take(const Rim& rim, double range, BeamCause cause, WalkEnd& to) {
 
 // Tries to carry the rim on to the line of `to`.
 bool carry(const Profile& profile, const Rim& rim, double expected, WalkEnd& to) {
-  const int middle = profile.sample_at(expected);
+  const int first = profile.sample_at(expected) - 2;
+  const int last = profile.sample_at(rim.reach(profile, expected)) + 2;
   int best = -1;
   float most = kSigmas;
   for (const int behind : {kShort, kBehind}) {
-    for (int i = middle - 2; i <= middle + 2; ++i) {
+    for (int i = first; i <= last; ++i) {
       const float drop = profile.drop(i, behind);
       if (drop > most) {
         most = drop;
@@ -185,12 +210,17 @@ class Growth {
     const double azimuth = lines_[j].azimuth;
     if (is_negative(end.cause) && end.sample >= 0) return meet(azimuth, end);
     if (!rim_.known) return;
-    const double expected = rim_.expected(azimuth);
-    const bool before = end.range < expected - 3 * rim_.end.footprint;
+    const double aside = (rim_.skipped + 1) * line_step_ * rim_.end.range;
+    const double expected = rim_.expected(azimuth, aside);
+    // A post at the rim is before it, too.
+    const bool post = end.cause == BeamCause::kObstacle && end.range < expected + rim_.gap;
+    const bool before = post || end.range < expected - 3 * rim_.end.footprint;
     if (end.sample < 0 || lines_[j].samples == 0 || before) return skip(kPost);
     const WalkPlane& plane = planes_.planes[static_cast<std::size_t>(rim_.end.plane)];
     const Profile profile(view_, lines_[j], plane);
-    if (rim_.on < 0 && carry(profile, rim_, expected, end)) return meet(azimuth, end);
+    const bool may_be_hidden = rim_.straight.known() && aside <= profile.hidden_way(expected);
+    if ((rim_.on < 0 || may_be_hidden) && carry(profile, rim_, expected, end))
+      return meet(azimuth, end);
     if (rim_.on < 0) rim_.on = may_go_on() ? lines_of_half_a_footprint(rim_.end, line_step_) : 0;
     if (rim_.on > 0) {
       const int on = rim_.on - 1;
@@ -200,11 +230,13 @@ class Growth {
       return;
     }
     // Nothing more says that it goes on. Where nothing says that it does not, nobody knows.
-    if (profile.is_floor(profile.sample_at(expected) + 1)) {
+    const int behind = profile.sample_at(rim_.reach(profile, expected)) + 1;
+    if (!may_be_hidden && profile.is_floor(behind)) {
       rim_ = Rim();
       return;
     }
-    take(rim_, expected, BeamCause::kEdgeOfKnowledge, end);
+    const bool lost = end.cause == BeamCause::kEdgeOfKnowledge;
+    take(rim_, lost ? std::min(end.range, expected) : expected, BeamCause::kEdgeOfKnowledge, end);
     end.barred = true;
     skip(kUncertified);
   }
@@ -215,11 +247,14 @@ class Growth {
     const double step = end.range - rim_.end.range;
     const bool straight = rim_.known && std::abs(step) < 2 * end.footprint;
     const bool apart =
-        rim_.known && std::abs(end.range - rim_.expected(azimuth)) > 4 * end.footprint;
+        rim_.known && std::abs(end.range - rim_.expected(azimuth, 0)) > 4 * end.footprint;
     StraightRim all = apart || !rim_.known ? StraightRim() : rim_.straight;
     all.add(azimuth, end.range);
     const bool goes_on = rim_.known && rim_.skipped == 0;
-    rim_ = {end, all, straight && goes_on ? step : 0, goes_on ? rim_.firm + 1 : 1, -1, 0, true};
+    const double gap =
+        end.beyond > 0 ? std::max(0.0, end.beyond - end.range) : (rim_.known ? rim_.gap : 0);
+    rim_ = {end, all, straight && goes_on ? step : 0, gap, goes_on ? rim_.firm + 1 : 1, -1,
+            0,   true};
   }
   void skip(double most) {
     if (++rim_.skipped * line_step_ * rim_.end.range > most) rim_ = Rim();
@@ -232,16 +267,61 @@ class Growth {
   Rim rim_;
 };
 
+// Lines between two ends of one rim, not farther apart than a post is wide, that lost the floor
+// before it: the rim goes straight on there. Only of rims that kFirm lines to each side show.
+void fill_rims(double line_step, std::vector<WalkEnd>& ends) {
+  const auto firm = [&](std::size_t j, int way) {
+    int seen = 0;
+    for (int k = 0; k < 2 * kFirm; ++k) {
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(j) + way * k;
+      if (at < 0 || at >= static_cast<std::ptrdiff_t>(ends.size())) break;
+      const WalkEnd& e = ends[static_cast<std::size_t>(at)];
+      seen += is_negative(e.cause) && std::abs(e.range - ends[j].range) < 6 * e.footprint;
+    }
+    return seen >= kFirm;
+  };
+  std::size_t last = ends.size();  // the rim's last line so far
+  for (std::size_t j = 0; j < ends.size(); ++j) {
+    const bool rim = is_negative(ends[j].cause) && ends[j].sample >= 0;
+    const bool lost = ends[j].cause == BeamCause::kEdgeOfKnowledge && ends[j].sample >= 0;
+    if (!rim && !lost) last = ends.size();
+    if (!rim) continue;
+    const std::size_t from = std::exchange(last, j);
+    if (from >= j || j - from < 2) continue;
+    const WalkEnd a = ends[from], b = ends[j];
+    const double n = static_cast<double>(j - from), most = std::max(a.footprint, b.footprint);
+    if (n * line_step * b.range > kPost || std::abs(b.range - a.range) > 4 * most) continue;
+    if (!firm(from, -1) || !firm(j, 1)) continue;
+    for (std::size_t k = from + 1; k < j; ++k) {
+      const double range = a.range + (b.range - a.range) * static_cast<double>(k - from) / n;
+      if (ends[k].range > range + 2 * most) continue;
+      const Rim rim_here{a, {}, 0, 0, 0, -1, 0, true};
+      take(rim_here, range, a.cause, ends[k]);
+    }
+  }
+}
+
 // Holes narrower than any wheel are specks of the matcher, unless the image's border cuts them.
+// Where another rim is as near as a post is wide, something hides the rest: nobody knows.
 constexpr double kNarrowest = 0.03;  // m
 
 void drop_narrow(double line_step, std::vector<WalkEnd>& ends) {
-  const std::size_t n = ends.size();
+  const std::vector<WalkEnd> raw = ends;
+  const std::size_t n = raw.size();
   for (std::size_t j = 0, k = 0; j < n; j = std::max(k, j + 1)) {
     double width = 0;
-    for (k = j; k < n && is_negative(ends[k].cause); ++k) width += ends[k].range * line_step;
+    for (k = j; k < n && is_negative(raw[k].cause); ++k) width += raw[k].range * line_step;
     if (k == j || j == 0 || k == n || width >= kNarrowest) continue;
-    for (std::size_t i = j; i < k; ++i) ends[i].cause = BeamCause::kEdgeOfKnowledge;
+    const std::size_t reach = static_cast<std::size_t>(kPost / (raw[j].range * line_step + 1e-9));
+    bool another = false;
+    for (std::size_t i = 1; i <= reach; ++i) {
+      another |= i <= j && is_negative(raw[j - i].cause);
+      another |= k + i < n && is_negative(raw[k + i].cause);
+    }
+    for (std::size_t i = j; i < k; ++i) {
+      ends[i].cause = BeamCause::kEdgeOfKnowledge;
+      ends[i].barred |= another;
+    }
   }
 }
 
@@ -253,6 +333,7 @@ void grow_rims(const ScanView& view, const std::vector<WalkLine>& lines, const W
   Growth there(view, lines, planes), back(view, lines, planes);
   for (std::size_t j = 0; j < ends.size(); ++j) there.visit(j, ends[j]);
   for (std::size_t j = ends.size(); j-- > 0;) back.visit(j, ends[j]);
+  fill_rims(std::abs(lines[1].azimuth - lines[0].azimuth), ends);
   drop_narrow(std::abs(lines[1].azimuth - lines[0].azimuth), ends);
 }
 

@@ -124,6 +124,26 @@ double rim_before_ground_below(const std::vector<WalkEnd>& ends, std::ptrdiff_t 
   return least - mine.beyond_footprint;
 }
 
+// One line alone that puts the rim far behind its neighbours' has seen less, not more: where floor
+// fades, no rim is farther than the upper quartile of those around it.
+void draw_in_alone(std::vector<WalkEnd>& ends) {
+  const std::vector<WalkEnd> raw = ends;
+  const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(raw.size());
+  for (std::ptrdiff_t j = 0; j < n; ++j) {
+    WalkEnd& end = ends[static_cast<std::size_t>(j)];
+    if (end.cause != BeamCause::kHole || !end.faded) continue;
+    std::array<double, 2 * kAround + 1> around;
+    std::ptrdiff_t count = 0;
+    for (std::ptrdiff_t k = std::max<std::ptrdiff_t>(0, j - kAround);
+         k <= std::min(n - 1, j + kAround); ++k) {
+      const WalkEnd& e = raw[static_cast<std::size_t>(k)];
+      if (e.cause == BeamCause::kHole) around[static_cast<std::size_t>(count++)] = e.range;
+    }
+    std::nth_element(around.begin(), around.begin() + 3 * count / 4, around.begin() + count);
+    end.range = std::min(end.range, around[static_cast<std::size_t>(3 * count / 4)]);
+  }
+}
+
 }  // namespace
 
 void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<WalkEnd>& ends) {
@@ -159,6 +179,7 @@ void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<
     end.range = gap > 2 * options.max_faded_gap_m ? rim : reach + 0.5 * gap;
     end.footprint = std::max(end.footprint, 0.3 * gap);
   }
+  draw_in_alone(ends);
 }
 
 void extend_rims(std::vector<WalkEnd>& ends) {
