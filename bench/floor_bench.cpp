@@ -1,5 +1,5 @@
 // The floor front-end's table: speed, planes, plates, false alarms, heights, mounting, recordings.
-//   floor_bench all | time | planes | apart | plates | flat | heights | mounting
+//   floor_bench all | time | planes | apart | plates | flat | tilt | heights | mounting
 //   floor_bench table1             heights of obstacles' tops: sections x sensors x distances, 20
 //   runs floor_bench real FOLDER        a recording's floor, frame by frame floor_bench picture
 //   SCENE|FOLDER INDEX FILE.ppm   labels as colours
@@ -353,6 +353,7 @@ int main(int argc, char** argv) {
   if (all || verb == "apart") bench_apart();
   if (all || verb == "plates") bench_plates(count > 0 ? count : 50);
   if (all || verb == "flat") bench_flat(count > 0 ? count : 1000);
+  if (all || verb == "tilt") bench_tilt(count > 0 ? count : 1000);
   if (all || verb == "heights" || verb == "table1") bench_heights(count > 0 ? count : 20);
   if (all || verb == "mounting") bench_mounting();
   return 0;

@@ -235,4 +235,54 @@ void bench_apart() {
   }
 }
 
+// ---------------------------------------------------------------------------------- tilt
+// Where the tilt of a single frame's floor comes from: frames of one place share the sensor's slow
+// distortion, noise is each frame's own. One effect of the sensor after the other taken away.
+void bench_tilt(int frames) {
+  constexpr int kPerPlace = 20;
+  const std::pair<const char*, sim::Parameters> kSensors[] = {
+      {"all effects", {}},
+      {"no slow distortion", {{"effects.distortion", "false"}}},
+      {"no quantisation", {{"effects.quantise", "false"}}},
+      {"no lateral jitter", {{"effects.lateral", "false"}}},
+      {"no noise", {{"effects.noise", "false"}}}};
+  for (const auto& [name, parameters] : kSensors) {
+    double worst = 0, shared = 0, own = 0;
+    int worst_frame = -1, over = 0, count = 0;
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    for (int i = 0; i + kPerPlace <= frames; i += kPerPlace) {
+      Stage stage("flat", parameters, static_cast<std::uint64_t>(i) + 1);
+      std::vector<Eigen::Vector2d> tilts;
+      Eigen::Vector2d middle = Eigen::Vector2d::Zero();
+      for (int k = 0; k < kPerPlace; ++k) {
+        const double roll = std::sin((i + k) * 1.7) * kDegree;
+        const double pitch = std::cos((i + k) * 2.3) * kDegree;
+        FloorFrontend frontend;
+        const FloorResult r =
+            frontend.process(stage.frame(SE3(), static_cast<std::uint64_t>(k), roll, pitch));
+        if (!r.floor_camera) continue;
+        const Leveling l = leveling_of(stage.T_body_camera(), *r.floor_camera);
+        tilts.emplace_back(l.roll / kDegree, l.pitch / kDegree);
+        middle += tilts.back();
+        over += tilts.back().norm() > 0.05;
+        if (tilts.back().norm() <= worst) continue;
+        worst = tilts.back().norm();
+        worst_frame = i + k;
+      }
+      if (tilts.empty()) continue;
+      middle /= static_cast<double>(tilts.size());
+      mean += middle * static_cast<double>(tilts.size());
+      shared += middle.squaredNorm() * static_cast<double>(tilts.size());
+      for (const Eigen::Vector2d& t : tilts) own += (t - middle).squaredNorm();
+      count += static_cast<int>(tilts.size());
+    }
+    const double n = std::max(1, count);
+    std::printf(
+        "tilt, %-19s: worst %.4f deg (frame %d of %d), %d frames above 0.05; mean roll %+.4f pitch "
+        "%+.4f; rms of places %.4f, of frames about their place %.4f deg\n",
+        name, worst, worst_frame, count, over, mean.x() / n, mean.y() / n, std::sqrt(shared / n),
+        std::sqrt(own / n));
+  }
+}
+
 }  // namespace

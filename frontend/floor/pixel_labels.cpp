@@ -6,7 +6,7 @@
 #include <cmath>
 #include <cstring>
 
-#include <lamina/frontend/floor/lanes.hpp>
+#include <lamina/frontend/floor/pixel_columns.hpp>
 
 namespace lamina {
 
@@ -14,9 +14,10 @@ using namespace lanes;
 
 namespace {
 
+using Candidates = PixelLabeller::Candidates;
+constexpr int kRow = PixelColumns::kRow;
 constexpr int kPasses = 8;
 constexpr double kSmallShare = 0.03;  // of the image: planes that their border may bend
-using Candidates = PixelLabeller::Candidates;
 
 void fill_block(std::uint8_t* out, int stride, int width, int height, std::uint8_t mark) {
   std::uint8_t eight[8];
@@ -28,40 +29,6 @@ void fill_block(std::uint8_t* out, int stride, int width, int height, std::uint8
       std::memset(out, mark, static_cast<std::size_t>(width));
     }
   }
-}
-
-constexpr int kRow = 8;
-
-// Best plane for each of four pixels side by side, the first at (u, v) from the principal point.
-Int4 label_four(const Float4& d, float u, float v, const Candidates& planes, float limit) {
-  constexpr Float4 kStep = {0, 1, 2, 3};
-  Float4 best = {1e9F, 1e9F, 1e9F, 1e9F};
-  Int4 label = {};
-  for (std::size_t k = 0; k < static_cast<std::size_t>(planes.count); ++k) {
-    const float start = planes.a[k] * u + planes.b[k] * v + planes.c[k];
-    const Float4 r = d - (start + planes.a[k] * kStep);
-    const Float4 misfit = planes.weight[k] * r * r;
-    const Float4 cost = misfit + planes.offset[k];
-    const Int4 better = (misfit <= limit) & (cost < best);
-    label = better ? Int4{} + (planes.label[k] + 1) : label;
-    best = better ? cost : best;
-  }
-  return label & (d > 0.0F);
-}
-
-// Up to eight pixels side by side.
-void label_eight(const float* d, int count, float u, float v, const Candidates& planes, float limit,
-                 std::uint8_t* out) {
-  if (count == kRow) {
-    store4(out, label_four(load4(d), u, v, planes, limit));
-    store4(out + 4, label_four(load4(d + 4), u + 4, v, planes, limit));
-    return;
-  }
-  float padded[kRow] = {};
-  std::uint8_t marks[kRow];
-  std::copy(d, d + count, padded);
-  label_eight(padded, kRow, u, v, planes, limit, marks);
-  std::copy(marks, marks + count, out);
 }
 
 // How many of eight bytes equal `mark`.
@@ -229,19 +196,40 @@ bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, bool
     any = true;
     const Candidates near = candidates_of(regions, border);
     const Window w = window(border.block);
-    if (again) account(border.block, w, near, -1);
-    std::uint8_t* out = out_->data() + w.offset;
-    for (int v = w.v0; v < w.v0 + w.height; ++v, out += image_->width) {
-      for (int u = 0; u < w.width; u += kRow) {
-        label_eight(image_->row(v) + w.u0 + u, std::min(kRow, w.width - u),
-                    static_cast<float>(w.u0 + u - geometry_->cx),
-                    static_cast<float>(v - geometry_->cy), near, sigmas * sigmas, out + u);
+    std::uint8_t* const out = out_->data() + w.offset;
+    if (again) keep_marks(w);
+    for (int u = 0; u < w.width; u += kRow) {
+      const PixelColumns columns(near, static_cast<float>(w.u0 + u - geometry_->cx));
+      std::uint8_t* to = out + u;
+      for (int v = w.v0; v < w.v0 + w.height; ++v, to += image_->width) {
+        label_eight(image_->row(v) + w.u0 + u, std::min(kRow, w.width - u), columns,
+                    static_cast<float>(v - geometry_->cy), sigmas * sigmas, to);
       }
     }
     if (band > 0) settle_creases(regions, border.block, near, band);
-    account(border.block, w, near, 1);
+    // A block whose pixels stay where they are changes no sums.
+    if (again && same_marks(w)) continue;
+    if (again) account(border.block, w, {old_marks_.data(), w.width}, near, -1);
+    account(border.block, w, {out_->data() + w.offset, image_->width}, near, 1);
   }
   return any;
+}
+
+void PixelLabeller::keep_marks(const Window& w) {
+  const std::uint8_t* row = out_->data() + w.offset;
+  old_marks_.resize(static_cast<std::size_t>(w.width * w.height));
+  std::uint8_t* to = old_marks_.data();
+  for (int v = 0; v < w.height; ++v, row += image_->width, to += w.width) {
+    std::memcpy(to, row, static_cast<std::size_t>(w.width));
+  }
+}
+
+bool PixelLabeller::same_marks(const Window& w) const {
+  const std::uint8_t *row = out_->data() + w.offset, *old = old_marks_.data();
+  for (int v = 0; v < w.height; ++v, row += image_->width, old += w.width) {
+    if (std::memcmp(old, row, static_cast<std::size_t>(w.width)) != 0) return false;
+  }
+  return true;
 }
 
 // Where two planes meet, noise cannot tell their pixels apart for some rows about the line, but the
@@ -298,15 +286,15 @@ float PixelLabeller::side_of(const PlaneRegions& regions, int block, int first, 
 }
 
 // Adds a block's pixels to (or takes them from) the sums of the regions they are labelled with.
-void PixelLabeller::account(int block, const Window& w, const Candidates& near, int sign) {
+void PixelLabeller::account(int block, const Window& w, const Marks& marks, const Candidates& near,
+                            int sign) {
   const std::size_t index = static_cast<std::size_t>(block);
-  const std::uint8_t* marks = out_->data() + w.offset;
   majority_[index] = -1;
   for (std::size_t k = 0; k < static_cast<std::size_t>(near.count); ++k) {
     const std::uint8_t mark = static_cast<std::uint8_t>(near.label[k] + 1);
     int count = 0;
     for (int v = 0; v < w.height; ++v) {
-      const std::uint8_t* row = marks + static_cast<std::ptrdiff_t>(v) * image_->width;
+      const std::uint8_t* row = marks.first + static_cast<std::ptrdiff_t>(v) * marks.stride;
       if (w.width == kRow) {
         count += count_eight(row, mark);
       } else {
@@ -320,7 +308,7 @@ void PixelLabeller::account(int block, const Window& w, const Candidates& near, 
     const Block& whole = blocks_->blocks[index];
     const DisparitySums part = all && whole.n >= static_cast<float>(count)
                                    ? whole.sums()
-                                   : sums_of(w, mark, {near.a[k], near.b[k], near.c[k]});
+                                   : sums_of(w, marks, mark, {near.a[k], near.b[k], near.c[k]});
     if (sign > 0) {
       sums += part;
     } else {
@@ -330,7 +318,7 @@ void PixelLabeller::account(int block, const Window& w, const Candidates& near, 
 }
 
 // Of a window's pixels with a mark.
-DisparitySums PixelLabeller::sums_of(const Window& w, std::uint8_t mark,
+DisparitySums PixelLabeller::sums_of(const Window& w, const Marks& all, std::uint8_t mark,
                                      const Eigen::Vector3f& plane) const {
   const double mid_v = w.v0 + 0.5 * (w.height - 1) - geometry_->cy;
   DisparitySums total;
@@ -345,8 +333,7 @@ DisparitySums PixelLabeller::sums_of(const Window& w, std::uint8_t mark,
       float padded[kRow] = {};
       std::uint8_t padded_marks[kRow] = {};
       const float* d = image_->row(w.v0 + v) + w.u0 + u;
-      const std::uint8_t* marks =
-          out_->data() + w.offset + static_cast<std::ptrdiff_t>(v) * image_->width + u;
+      const std::uint8_t* marks = all.first + static_cast<std::ptrdiff_t>(v) * all.stride + u;
       if (width < kRow) {
         std::copy(d, d + width, padded);
         std::copy(marks, marks + width, padded_marks);

@@ -37,6 +37,10 @@ class PixelLabeller {
     int u0, v0, width, height;
     std::size_t offset;  ///< of its first pixel
   };
+  struct Marks {
+    const std::uint8_t* first;  ///< of a window
+    int stride;
+  };
   struct Border {
     int block = 0, count = 0;
     std::array<std::int16_t, Candidates::kMost> label{};
@@ -49,8 +53,11 @@ class PixelLabeller {
   void settle_creases(const PlaneRegions& regions, int block, const Candidates& near, float band);
   float side_of(const PlaneRegions& regions, int block, int first, int second,
                 const Eigen::Vector3f& difference, float band) const;
-  void account(int block, const Window& w, const Candidates& near, int sign);
-  DisparitySums sums_of(const Window& w, std::uint8_t mark, const Eigen::Vector3f& plane) const;
+  void keep_marks(const Window& w);
+  bool same_marks(const Window& w) const;
+  void account(int block, const Window& w, const Marks& marks, const Candidates& near, int sign);
+  DisparitySums sums_of(const Window& w, const Marks& marks, std::uint8_t mark,
+                        const Eigen::Vector3f& plane) const;
   void refit(PlaneRegions& regions, double least);
 
   const DisparityImage* image_ = nullptr;
@@ -62,7 +69,8 @@ class PixelLabeller {
   std::vector<std::int16_t> majority_;
   std::vector<float> offset_;  ///< log of a plane's variance against that of one without slope
   std::vector<std::uint8_t> moved_, scratch_;
-  float variance_ = 1;  ///< px^2, of one pixel on a plane without slope
+  std::vector<std::uint8_t> old_marks_;  ///< of the window at hand, row by row
+  float variance_ = 1;                   ///< px^2, of one pixel on a plane without slope
 };
 
 }  // namespace lamina
