@@ -214,7 +214,7 @@ void bench_real(const char* folder, bool verbose) {
   const auto recording = open_recording(folder);
   FloorFrontend frontend;
   ObstacleScanner scanner;
-  int index = 0;
+  int index = 0, all[5] = {};
   while (const auto m = recording->next()) {
     const StereoFrame* pair = std::get_if<StereoFrame>(&*m);
     const DepthFrame* depth = std::get_if<DepthFrame>(&*m);
@@ -224,6 +224,7 @@ void bench_real(const char* folder, bool verbose) {
     const ObstacleScan scan = scanner.process(f, floor);
     int beams[5] = {};
     for (const BeamCause c : scan.cause) ++beams[static_cast<int>(c)];
+    for (int c = 0; c < 5; ++c) all[c] += beams[c];
     const Eigen::Vector3d ahead = floor.T_body_camera.so3() * Eigen::Vector3d(0, 0, 1);
     std::printf(
         "%3d floor %-9s height %.3f m, looks %.0f deg down: obstacle %d hole %d ledge %d knowledge "
@@ -245,6 +246,8 @@ void bench_real(const char* folder, bool verbose) {
                                                 scan.range.begin() + static_cast<long>(k))));
     }
   }
+  std::printf("all %d frames: obstacle %d hole %d ledge %d knowledge %d none %d\n", index, all[1],
+              all[2], all[3], all[4], all[0]);
 }
 
 void dump(const char* scene, double x, bool grazing) {

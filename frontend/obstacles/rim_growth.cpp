@@ -219,14 +219,21 @@ class Growth {
     const WalkPlane& plane = planes_.planes[static_cast<std::size_t>(rim_.end.plane)];
     const Profile profile(view_, lines_[j], plane);
     const bool may_be_hidden = rim_.straight.known() && aside <= profile.hidden_way(expected);
-    if ((rim_.on < 0 || may_be_hidden) && carry(profile, rim_, expected, end))
-      return meet(azimuth, end);
+    if (rim_.on < 0 && carry(profile, rim_, expected, end)) return meet(azimuth, end);
     if (rim_.on < 0) rim_.on = may_go_on() ? lines_of_half_a_footprint(rim_.end, line_step_) : 0;
     if (rim_.on > 0) {
       const int on = rim_.on - 1;
       take(rim_, expected, rim_.end.cause, end);
       meet(azimuth, end);
       rim_.on = on;
+      return;
+    }
+    // After a line that showed nothing, what looks like the rim says where it may go on, no more.
+    if (may_be_hidden && carry(profile, rim_, expected, end)) {
+      meet(azimuth, end);
+      rim_.on = 0;
+      end.cause = BeamCause::kEdgeOfKnowledge;
+      end.barred = true;
       return;
     }
     // Nothing more says that it goes on. Where nothing says that it does not, nobody knows.
