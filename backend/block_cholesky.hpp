@@ -74,6 +74,8 @@ class BlockCholesky {
   std::vector<Eigen::MatrixXd> inverse_blocks(std::span<const int> variables);
   /// The inverse over all variables asked for, stacked in their order, cross terms included.
   Eigen::MatrixXd inverse_of(std::span<const int> variables);
+  /// The same over each pair of variables.
+  std::vector<Eigen::MatrixXd> inverse_of_pairs(std::span<const std::pair<int, int>> pairs);
   /// Entries of the factor, and floating point operations it takes (as the ordering predicts).
   double factor_entries() const;
   double factor_flops() const;

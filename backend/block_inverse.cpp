@@ -5,6 +5,7 @@
 #include <cholmod.h>
 
 #include <cmath>
+#include <map>
 
 #include <lamina/backend/block_cholesky_impl.hpp>
 
@@ -52,6 +53,21 @@ class SimplicialCopy {
   cholmod_common* common_;
   cholmod_factor* copy_;
 };
+
+/// Rows of both ascend: towards the root.
+double dot(const SparseVector& y, const SparseVector& z) {
+  double sum = 0;
+  for (std::size_t a = 0, b = 0; a < y.rows.size() && b < z.rows.size();) {
+    if (y.rows[a] == z.rows[b]) {
+      sum += y.values[a++] * z.values[b++];
+    } else if (y.rows[a] < z.rows[b]) {
+      ++a;
+    } else {
+      ++b;
+    }
+  }
+  return sum;
+}
 
 }  // namespace
 
@@ -118,6 +134,39 @@ std::vector<Eigen::MatrixXd> BlockCholesky::inverse_blocks(std::span<const int> 
     blocks.push_back(std::move(block));
   }
   return blocks;
+}
+
+std::vector<Eigen::MatrixXd> BlockCholesky::inverse_of_pairs(
+    std::span<const std::pair<int, int>> pairs) {
+  Impl& s = *impl_;
+  std::vector<Eigen::MatrixXd> joints;
+  if (s.n == 0 || s.L == nullptr || s.L->xtype == CHOLMOD_PATTERN) return joints;
+  const SimplicialCopy L(s.L, &s.common.c);
+  if (!L.valid()) return joints;
+  std::vector<double> work(std::size_t(s.n), 0.0);
+  std::map<int, std::vector<SparseVector>> columns;
+  const auto columns_of = [&](int variable) -> const std::vector<SparseVector>& {
+    auto& all = columns[variable];
+    const int size = s.sizes[std::size_t(variable)];
+    for (int c = static_cast<int>(all.size()); c < size; ++c) {
+      all.push_back(L.forward(s.ordered_row[std::size_t(variable)] + c, work));
+    }
+    return all;
+  };
+  for (const auto& [a, b] : pairs) {
+    std::vector<const SparseVector*> both;
+    for (const auto& y : columns_of(a)) both.push_back(&y);
+    for (const auto& y : columns_of(b)) both.push_back(&y);
+    const auto size = static_cast<Eigen::Index>(both.size());
+    Eigen::MatrixXd joint(size, size);
+    for (Eigen::Index i = 0; i < size; ++i) {
+      for (Eigen::Index k = i; k < size; ++k) {
+        joint(i, k) = joint(k, i) = dot(*both[std::size_t(i)], *both[std::size_t(k)]);
+      }
+    }
+    joints.push_back(std::move(joint));
+  }
+  return joints;
 }
 
 }  // namespace lamina

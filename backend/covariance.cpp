@@ -1,6 +1,8 @@
 // One factorisation, then a short solve for each row asked for.
 #include <lamina/backend/covariance.hpp>
 
+#include <array>
+
 #include <lamina/backend/refiner.hpp>
 
 namespace lamina {
@@ -51,6 +53,12 @@ Covariances covariances(const Graph& original, const CovarianceRequest& request)
   result.keyframes = equations.pose_covariances(poses);
   if (request.joint_keyframes) result.joint_keyframes = equations.joint_pose_covariance(poses);
   result.planes = equations.plane_covariances(indices_of(graph, graph.planes, request.planes));
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (const auto& [a, b] : request.plane_pairs) {
+    const auto pair = indices_of(graph, graph.planes, std::array{a, b});
+    pairs.emplace_back(pair[0], pair[1]);
+  }
+  result.plane_pairs = equations.plane_pair_covariances(pairs);
   result.surfels = equations.surfel_covariances(indices_of(graph, graph.surfels, request.surfels));
   return result;
 }

@@ -1,6 +1,7 @@
 // Exact covariances of poses, planes and surfels of a refined graph.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include <lamina/backend/graph.hpp>
@@ -11,7 +12,8 @@ struct CovarianceRequest {
   std::vector<KeyframeId> keyframes;
   std::vector<PlaneId> planes;
   std::vector<SurfelId> surfels;
-  bool joint_keyframes = false;  ///< also the cross terms between keyframes
+  bool joint_keyframes = false;                          ///< also the cross terms between keyframes
+  std::vector<std::pair<PlaneId, PlaneId>> plane_pairs;  ///< with their cross terms
 };
 
 struct Covariances {
@@ -21,6 +23,7 @@ struct Covariances {
   std::vector<Eigen::Matrix3d> planes;   ///< about the anchor: (tilt, tilt, rho)
   std::vector<Eigen::Matrix3d> surfels;  ///< (height, slope.x, slope.y)
   Eigen::MatrixXd joint_keyframes;       ///< 6n x 6n when asked for
+  std::vector<Matrix6d> plane_pairs;     ///< (tilt, tilt, rho) of the one, then of the other
 };
 
 /// Blocks of (J^T J)^-1 at the graph's present states, held keyframes as refine() holds them.

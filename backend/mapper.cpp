@@ -224,7 +224,7 @@ void Mapper::add_to_plane(PlaneId id, const PlaneEvidence& evidence, Timestamp s
     for (const auto& p : evidence.outline_body) points.push_back(T * p);
     grow_outline(plane, points);
     outlines_[id].push_back({keyframe_, evidence.outline_body});
-    index_.insert(id, sample_outline(points, index_.cell()));
+    index_.insert_outline(id, points);
   } else {
     known->second.join(evidence);
   }

@@ -43,6 +43,7 @@ struct MergeRecord {
   PlaneLandmark landmark;
   std::vector<PlaneMomentsFactor> factors;
   std::vector<OutlinePiece> outlines;
+  std::vector<MarginalPrior> priors;
 };
 
 class Mapper {
@@ -137,7 +138,15 @@ class Mapper {
   void ensure_in_window(PlaneId id, const PlaneEvidence& evidence);
   Moments factor_moments(const PlaneEvidence& evidence) const;
   std::vector<std::pair<PlaneId, PlaneId>> merge_coplanar();
-  std::vector<std::pair<PlaneId, PlaneId>> merge_refined();
+  using PlanePairs = std::set<std::pair<PlaneId, PlaneId>>;
+  RefineResult settle_planes(RefineResult result, const RefineOptions& options,
+                             const std::function<bool(const RefineProgress&)>& progress);
+  std::size_t part_rejected(const std::vector<FactorRef>& rejected, PlanePairs& apart);
+  std::size_t merge_lines();
+  std::vector<std::pair<PlaneId, PlaneId>> merge_refined(const PlanePairs& apart);
+  void join_planes(PlaneId from, PlaneId into);
+  std::size_t undo_contradicted(const std::vector<std::pair<PlaneId, PlaneId>>& merged,
+                                PlanePairs& apart);
   std::size_t drop_unsupported();
   bool recognise();
   void close_loop(const SE3& T_old_new, const std::vector<std::pair<PlaneId, PlaneId>>& pairs);

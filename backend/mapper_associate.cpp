@@ -44,21 +44,35 @@ Eigen::Matrix<double, 9, 9> carried(const Eigen::Matrix<double, 9, 9>& joint,
   return C;
 }
 
+// Whether anything but strokes of scans was seen of the plane.
+bool has_area(const std::map<PlaneId, std::vector<OutlinePiece>>& outlines, PlaneId id) {
+  const auto pieces = outlines.find(id);
+  return pieces != outlines.end() &&
+         std::any_of(pieces->second.begin(), pieces->second.end(),
+                     [](const OutlinePiece& piece) { return piece.points_body.size() > 2; });
+}
+
 }  // namespace
 
 std::vector<AssociationCandidate> Mapper::candidates(const PlaneEvidence& evidence,
                                                      const SE3& T_map_body) {
   std::vector<AssociationCandidate> result;
-  std::vector<Eigen::Vector3d> points;
-  for (const auto& p : sample_outline(evidence.outline_body, index_.cell())) {
-    points.push_back(T_map_body * p);
-  }
-  if (evidence.moments_body.mean().allFinite()) {
-    points.push_back(T_map_body * evidence.moments_body.mean());
-  }
-  for (const PlaneId id : index_.near(points)) {
+  const auto points = [&](double spacing) {
+    auto all = sample_outline(evidence.outline_body, spacing);
+    if (evidence.moments_body.mean().allFinite()) all.push_back(evidence.moments_body.mean());
+    for (auto& p : all) p = T_map_body * p;
+    return all;
+  };
+  // Areas join what they touch: what lies beyond a gap the refined map decides. Strokes of scans
+  // are cut more often, and join strokes further away.
+  const auto close = index_.near_close(points(index_.small_cell()));
+  for (const PlaneId id : evidence.partial ? index_.near(points(index_.cell())) : close) {
     const PlaneLandmark& plane = graph_.at(id);
     if (!plane.active) continue;
+    if (evidence.partial && !std::binary_search(close.begin(), close.end(), id) &&
+        has_area(outlines_, id)) {
+      continue;
+    }
     result.push_back({id, plane.plane_anchor, plane.anchor_map, relative_covariance(id)});
   }
   return result;
@@ -74,6 +88,35 @@ std::vector<AssociationCandidate> Mapper::tentative_candidates(const SE3&) const
   }
   return result;
 }
+
+namespace {
+
+// Whether an observation comes within `reach` to two of anything that was seen of a plane in the
+// making. Strokes may be further away from strokes.
+bool touches(const std::map<KeyframeId, PlaneEvidence>& seen, const PlaneEvidence& evidence,
+             const SE3& T_map_body, const Graph& graph, double reach) {
+  const bool strokes =
+      std::all_of(seen.begin(), seen.end(), [](const auto& one) { return one.second.partial; });
+  if (evidence.partial && strokes) return true;
+  PlaneIndex places(reach);
+  std::vector<Eigen::Vector3d> points;
+  for (const auto& p : sample_outline(evidence.outline_body, reach)) {
+    points.push_back(T_map_body * p);
+  }
+  places.insert(PlaneId(0), points);
+  for (const auto& [id, one] : seen) {
+    const Keyframe* keyframe = graph.find(id);
+    if (!keyframe) continue;
+    std::vector<Eigen::Vector3d> there;
+    for (const auto& p : sample_outline(one.outline_body, reach)) {
+      there.push_back(keyframe->T_map_body * p);
+    }
+    if (!places.near(there).empty()) return true;
+  }
+  return false;
+}
+
+}  // namespace
 
 std::optional<PlaneId> Mapper::followed_plane(std::int64_t track) const {
   const auto link = tracks_.find(track);
@@ -129,7 +172,12 @@ std::optional<std::size_t> Mapper::forming_plane(
                                  followed(options_.association));
     if (match.plane != PlaneId::kNone) return i;
   }
-  const auto match = associate(evidence, step.T_map_body, young, options_.association);
+  std::vector<AssociationCandidate> near = young;
+  std::erase_if(near, [&](const AssociationCandidate& c) {
+    return !touches(tentatives_[static_cast<std::size_t>(c.id)].evidence, evidence, step.T_map_body,
+                    graph_, index_.small_cell());
+  });
+  const auto match = associate(evidence, step.T_map_body, near, options_.association);
   if (match.plane == PlaneId::kNone) return std::nullopt;
   return static_cast<std::size_t>(match.plane);
 }

@@ -6,7 +6,6 @@
 
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/mapper_step.hpp>
-#include <lamina/backend/plane_split.hpp>
 #include <lamina/backend/shared_planes.hpp>
 
 namespace lamina {
@@ -128,7 +127,7 @@ void Mapper::remake_outlines() {
       if (!keyframe) continue;
       std::vector<Eigen::Vector3d> points;
       for (const auto& p : piece.points_body) points.push_back(keyframe->T_map_body * p);
-      index_.insert(plane.id, sample_outline(points, index_.cell()));
+      index_.insert_outline(plane.id, points);
     }
   }
 }
@@ -159,21 +158,43 @@ void Mapper::share_outlines(PlaneId old, PlaneId made) {
   pieces.erase(own, pieces.end());
 }
 
+// Planes that are two are parted, planes that are one merged, and the graph solved again: what
+// ties places together tells more doubles. Merges that the solution contradicts are taken back.
+RefineResult Mapper::settle_planes(RefineResult result, const RefineOptions& options,
+                                   const std::function<bool(const RefineProgress&)>& progress) {
+  constexpr int kMostRounds = 4;
+  PlanePairs apart;
+  std::vector<std::pair<PlaneId, PlaneId>> merged;
+  for (int round = 0; round < kMostRounds; ++round) {
+    std::size_t changes = undo_contradicted(merged, apart);
+    if (round == 0) {
+      changes += part_rejected(result.rejected, apart);
+      remake_outlines();
+      if (options_.merge_planes) changes += merge_lines();
+    }
+    merged.clear();
+    if (options_.merge_planes && round + 1 < kMostRounds) merged = merge_refined(apart);
+    changes += merged.size();
+    if (changes == 0) break;
+    remake_outlines();
+    RefineOptions again = options;
+    again.refined_before = round > 0;
+    RefineResult next = lamina::refine(graph_, again, progress);
+    next.iterations += result.iterations;
+    next.rounds += result.rounds;
+    next.solve_s += result.solve_s;
+    result = std::move(next);
+  }
+  remake_outlines();
+  return result;
+}
+
 RefineResult Mapper::refine(const RefineOptions& options,
                             const std::function<bool(const RefineProgress&)>& progress) {
   const SE3 before = keyframe_ == KeyframeId::kNone ? SE3() : graph_.at(keyframe_).T_map_body;
   RefineResult result = lamina::refine(graph_, options, progress);
-  const auto split = split_rejected(graph_, result.rejected);
-  for (const auto& [old, made] : split) share_outlines(old, made);
-  remake_outlines();
-  std::size_t changes = split.size();
-  if (options_.merge_planes) changes += merge_refined().size();
-  if (changes > 0) {
-    const RefineResult first = result;
-    result = lamina::refine(graph_, options, progress);
-    result.iterations += first.iterations;
-    result.solve_s += first.solve_s;
-    remake_outlines();
+  if (result.status != SolveStatus::kCancelled && result.status != SolveStatus::kInvalidInput) {
+    result = settle_planes(std::move(result), options, progress);
   }
   drop_unsupported();
   if (keyframe_ == KeyframeId::kNone) return result;
@@ -198,8 +219,10 @@ void Mapper::move(const SE3& T_new_map) {
   for (auto& [id, record] : merges_) {
     Graph one;
     one.planes.push_back(record.landmark);
+    one.marginal_priors = record.priors;
     one.move(T_new_map);
     record.landmark = one.planes.front();
+    record.priors = one.marginal_priors;
   }
   if (first_floor_map_) first_floor_map_ = T_new_map * *first_floor_map_;
   window_.move(T_new_map);

@@ -137,7 +137,7 @@ std::optional<PlaneId> Mapper::promote(Tentative& t) {
     for (const auto& p : evidence.outline_body) points.push_back(from->T_map_body * p);
     grow_outline(plane, points);
     outlines_[id].push_back({keyframe, evidence.outline_body});
-    index_.insert(id, sample_outline(points, index_.cell()));
+    index_.insert_outline(id, points);
     if (keyframe == keyframe_) gathered_.emplace(id, evidence);
   }
   for (const std::int64_t track : t.tracks) link_track(track, id);
@@ -198,6 +198,8 @@ void Mapper::remember_merge(PlaneId from) {
     if (f.plane == from) record.factors.push_back(f);
   }
   record.outlines = outlines_[from];
+  // Its cells are drawn anew should it come back.
+  record.landmark.outline = OutlineGrid(options_.outline_cell_m);
   merges_[from] = std::move(record);
 }
 
@@ -205,9 +207,12 @@ void Mapper::remember_merge(PlaneId from) {
 void Mapper::absorb(PlaneId from, PlaneId into) {
   remember_merge(from);
   graph_.merge_planes(from, into);
+  graph_.at(from).outline = OutlineGrid(options_.outline_cell_m);
   // The weak prior of the plane that went is about an anchor that is no more.
-  std::erase_if(graph_.marginal_priors, [from](const MarginalPrior& p) {
-    return std::find(p.planes.begin(), p.planes.end(), from) != p.planes.end();
+  std::erase_if(graph_.marginal_priors, [this, from](const MarginalPrior& p) {
+    const bool of_it = std::find(p.planes.begin(), p.planes.end(), from) != p.planes.end();
+    if (of_it) merges_.at(from).priors.push_back(p);
+    return of_it;
   });
   index_.rename(from, into);
   auto& pieces = outlines_[into];
@@ -259,7 +264,8 @@ std::vector<std::pair<PlaneId, PlaneId>> Mapper::merge_coplanar() {
     const Eigen::Vector3d middle = T * seen.moments_body.mean();
     std::vector<Eigen::Vector3d> points;
     for (const auto& p : seen.outline_body) points.push_back(T * p);
-    const auto near = index_.near(sample_outline(points, index_.cell()));
+    const auto near = seen.partial ? index_.near(sample_outline(points, index_.cell()))
+                                   : index_.near_close(sample_outline(points, index_.small_cell()));
     for (const PlaneId b : window_.planes()) {
       const PlaneLandmark& plane_b = graph_.at(b);
       if (b == a || !plane_b.active || !joint_.count(b)) continue;
@@ -292,45 +298,6 @@ std::vector<std::pair<PlaneId, PlaneId>> Mapper::merge_coplanar() {
     }
   }
   return merged;
-}
-
-bool Mapper::undo_merge(PlaneId from) {
-  const auto it = merges_.find(from);
-  if (it == merges_.end()) return false;
-  const MergeRecord record = it->second;
-  merges_.erase(it);
-  PlaneLandmark& plane = graph_.at(from);
-  const PlaneId into = plane.merged_into;
-  plane = record.landmark;
-  plane.active = true;
-  plane.merged_into = PlaneId::kNone;
-  PlaneLandmark* other = graph_.find(into);
-  for (const auto& factor : record.factors) {
-    for (auto& f : graph_.plane_moments) {
-      const bool same = f.keyframe == factor.keyframe && f.plane == into &&
-                        f.moments_body.mean() == factor.moments_body.mean();
-      if (same) f.plane = from;
-    }
-  }
-  outlines_[from] = record.outlines;
-  if (other) {
-    auto& pieces = outlines_[into];
-    std::erase_if(pieces, [&](const OutlinePiece& p) {
-      return std::any_of(record.outlines.begin(), record.outlines.end(), [&](const auto& q) {
-        return p.keyframe == q.keyframe && p.points_body == q.points_body;
-      });
-    });
-    remake_outline(*other, pieces, graph_, options_.outline_cell_m);
-    other->observations = std::max<std::int64_t>(0, other->observations - plane.observations);
-  }
-  index_.clear();
-  for (const auto& p : graph_.planes) {
-    if (!p.active) continue;
-    for (const auto& outline : outlines_map(p)) {
-      index_.insert(p.id, sample_outline(outline, index_.cell()));
-    }
-  }
-  return true;
 }
 
 }  // namespace lamina

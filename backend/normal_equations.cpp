@@ -215,4 +215,34 @@ Eigen::MatrixXd NormalEquations::joint_pose_covariance(const std::vector<std::si
   return joint;
 }
 
+std::vector<Matrix6d> NormalEquations::plane_pair_covariances(
+    const std::vector<std::pair<std::size_t, std::size_t>>& pairs) {
+  const auto& variable = impl_->states.planes.variable;
+  std::vector<std::pair<int, int>> free;  // pairs of which neither is held
+  for (const auto& [a, b] : pairs) {
+    if (variable[a] != kHeld && variable[b] != kHeld) free.emplace_back(variable[a], variable[b]);
+  }
+  const auto found = impl_->matrix->inverse_of_pairs(free);
+  std::vector<Matrix6d> all;
+  std::size_t next = 0;
+  for (const auto& [a, b] : pairs) {
+    Matrix6d C = Matrix6d::Zero();
+    if (variable[a] != kHeld && variable[b] != kHeld) {
+      if (next < found.size()) C = found[next++];
+    } else if (variable[a] != kHeld) {
+      C.topLeftCorner<3, 3>() = impl_->matrix->inverse_of({&variable[a], 1});
+    } else if (variable[b] != kHeld) {
+      C.bottomRightCorner<3, 3>() = impl_->matrix->inverse_of({&variable[b], 1});
+    }
+    Matrix6d J = Matrix6d::Identity();
+    for (int i = 0; i < 2; ++i) {
+      const std::size_t p = i == 0 ? a : b;
+      const Eigen::Vector3d back = impl_->graph_anchors[p] - impl_->anchors[p];
+      J.block<1, 2>(3 * i + 2, 3 * i) = -back.transpose() * impl_->states.planes.now[p].B;
+    }
+    all.push_back(J * C * J.transpose());
+  }
+  return all;
+}
+
 }  // namespace lamina

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <lamina/backend/graph.hpp>
@@ -69,6 +70,10 @@ class NormalEquations {
   std::vector<Eigen::Matrix3d> surfel_covariances(const std::vector<std::size_t>& indices);
   /// Joint covariance of poses, cross terms included.
   Eigen::MatrixXd joint_pose_covariance(const std::vector<std::size_t>& indices);
+  /// Joint covariances of pairs of planes, each about the graph's anchor: (tilt, tilt, rho) of the
+  /// one, then of the other.
+  std::vector<Matrix6d> plane_pair_covariances(
+      const std::vector<std::pair<std::size_t, std::size_t>>& pairs);
 
   double factor_entries() const;
 

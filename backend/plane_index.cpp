@@ -1,7 +1,9 @@
 // Coarse cubes of space and the planes in them.
 #include <lamina/backend/plane_index.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <lamina/models/polygon.hpp>
 
@@ -18,19 +20,29 @@ void add_sorted(std::vector<PlaneId>& ids, PlaneId id) {
 
 }  // namespace
 
-PlaneIndex::Key PlaneIndex::key(const Eigen::Vector3d& point) const {
-  Key key{};
+PlaneIndex::Key PlaneIndex::key(const Eigen::Vector3d& point, Size size) const {
+  Key key{static_cast<std::int32_t>(size), 0, 0, 0};
   for (int k = 0; k < 3; ++k) {
-    const double c = std::floor(point(k) / cell_);
-    key[static_cast<std::size_t>(k)] = static_cast<std::int32_t>(std::clamp(c, -kFar, kFar));
+    const double c = std::floor(point(k) / edge(size));
+    key[static_cast<std::size_t>(k) + 1] = static_cast<std::int32_t>(std::clamp(c, -kFar, kFar));
   }
   return key;
 }
 
-void PlaneIndex::insert(PlaneId plane, std::span<const Eigen::Vector3d> points_map) {
-  for (const auto& point : points_map) {
-    if (point.allFinite()) add_sorted(cells_[key(point)], plane);
+void PlaneIndex::insert(PlaneId plane, std::span<const Eigen::Vector3d> points, Size size) {
+  for (const auto& point : points) {
+    if (point.allFinite()) add_sorted(cells_[key(point, size)], plane);
   }
+}
+
+void PlaneIndex::insert(PlaneId plane, std::span<const Eigen::Vector3d> points_map) {
+  insert(plane, points_map, Size::kCell);
+  insert(plane, points_map, Size::kSmall);
+}
+
+void PlaneIndex::insert_outline(PlaneId plane, std::span<const Eigen::Vector3d> outline_map) {
+  insert(plane, sample_outline(outline_map, cell()), Size::kCell);
+  insert(plane, sample_outline(outline_map, small_cell()), Size::kSmall);
 }
 
 void PlaneIndex::remove(PlaneId plane) {
@@ -48,14 +60,14 @@ void PlaneIndex::rename(PlaneId from, PlaneId into) {
 
 void PlaneIndex::clear() { cells_.clear(); }
 
-std::vector<PlaneId> PlaneIndex::near(const Eigen::Vector3d& point_map, int cells) const {
+std::vector<PlaneId> PlaneIndex::near(const Eigen::Vector3d& point, Size size, int reach) const {
   std::vector<PlaneId> result;
-  if (!point_map.allFinite()) return result;
-  const Key middle = key(point_map);
-  for (std::int32_t x = -cells; x <= cells; ++x) {
-    for (std::int32_t y = -cells; y <= cells; ++y) {
-      for (std::int32_t z = -cells; z <= cells; ++z) {
-        const auto it = cells_.find({middle[0] + x, middle[1] + y, middle[2] + z});
+  if (!point.allFinite()) return result;
+  const Key middle = key(point, size);
+  for (std::int32_t x = -reach; x <= reach; ++x) {
+    for (std::int32_t y = -reach; y <= reach; ++y) {
+      for (std::int32_t z = -reach; z <= reach; ++z) {
+        const auto it = cells_.find({middle[0], middle[1] + x, middle[2] + y, middle[3] + z});
         if (it == cells_.end()) continue;
         for (const PlaneId id : it->second) add_sorted(result, id);
       }
@@ -64,14 +76,26 @@ std::vector<PlaneId> PlaneIndex::near(const Eigen::Vector3d& point_map, int cell
   return result;
 }
 
-std::vector<PlaneId> PlaneIndex::near(std::span<const Eigen::Vector3d> points_map) const {
+std::vector<PlaneId> PlaneIndex::near(std::span<const Eigen::Vector3d> points, Size size) const {
   std::vector<PlaneId> result;
   std::set<Key> asked;
-  for (const auto& point : points_map) {
-    if (!point.allFinite() || !asked.insert(key(point)).second) continue;
-    for (const PlaneId id : near(point, 1)) add_sorted(result, id);
+  for (const auto& point : points) {
+    if (!point.allFinite() || !asked.insert(key(point, size)).second) continue;
+    for (const PlaneId id : near(point, size, 1)) add_sorted(result, id);
   }
   return result;
+}
+
+std::vector<PlaneId> PlaneIndex::near(const Eigen::Vector3d& point_map, int cells) const {
+  return near(point_map, Size::kCell, cells);
+}
+
+std::vector<PlaneId> PlaneIndex::near(std::span<const Eigen::Vector3d> points_map) const {
+  return near(points_map, Size::kCell);
+}
+
+std::vector<PlaneId> PlaneIndex::near_close(std::span<const Eigen::Vector3d> points_map) const {
+  return near(points_map, Size::kSmall);
 }
 
 std::vector<Eigen::Vector3d> sample_outline(std::span<const Eigen::Vector3d> outline,

@@ -58,6 +58,7 @@ std::vector<std::pair<PlaneId, PlaneId>> split_rejected(Graph& graph,
     }
     if (!plane || views.size() < static_cast<std::size_t>(options.min_observations)) continue;
     if (angle_between(*plane, old->plane_map()) > options.max_angle_deg * M_PI / 180) continue;
+    if (options.accept && !options.accept(id, *plane, views)) continue;
     PlaneLandmark landmark = PlaneLandmark::at(*plane, merged.mean());
     landmark.observations = static_cast<std::int64_t>(views.size());
     landmark.first_seen = graph.at(graph.plane_moments[views.front()].keyframe).stamp;

@@ -22,6 +22,9 @@ struct RefineOptions {
   /// degrees is 16.3; residual model errors ask for more.
   double inlier_chi2 = 25;
   int max_rounds = 20;  ///< of graduated non-convexity
+  /// The graph was refined before and few things changed since: factors are judged in or out from
+  /// the solution there is, without a fresh start.
+  bool refined_before = false;
 };
 
 struct CostChange {

@@ -353,6 +353,9 @@ RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
       verdict = Verdict::kConsistent;  // stopped: what there is stands
     }
   }
+  if (verdict == Verdict::kContradiction && options.refined_before && !named_wrong) {
+    verdict = Verdict::kFewOutliers;
+  }
   // The plain solution was never written: the graph is still where it began.
   if (verdict == Verdict::kContradiction && named_wrong) {
     const Tracks tracks = geometric_tracks(graph, options.inlier_chi2);

@@ -114,6 +114,25 @@ TEST(PlaneIndex, FindsWhatIsNearAndFollowsRenames) {
   EXPECT_EQ(index.near(here), (std::vector<PlaneId>{PlaneId(4)}));
 }
 
+TEST(PlaneIndex, WhatIsCloseIsWithinOneSmallCube) {
+  PlaneIndex index(1.5);
+  const std::vector<Eigen::Vector3d> square{{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}};
+  index.insert_outline(PlaneId(3), square);
+  const auto close_to = [&index](double x) {
+    const std::vector<Eigen::Vector3d> place{{x, 1, 0}};
+    return !index.near_close(place).empty();
+  };
+  EXPECT_TRUE(close_to(1));  // inside, between the corners
+  EXPECT_TRUE(close_to(2.7));
+  EXPECT_FALSE(close_to(3.6));
+  const std::vector<Eigen::Vector3d> beyond{{3.6, 1, 0}};
+  EXPECT_EQ(index.near(beyond), (std::vector<PlaneId>{PlaneId(3)}));
+  index.rename(PlaneId(3), PlaneId(1));
+  EXPECT_EQ(index.near_close(square), (std::vector<PlaneId>{PlaneId(1)}));
+  index.remove(PlaneId(1));
+  EXPECT_FALSE(close_to(1));
+}
+
 TEST(SampleOutline, IsDenseOnBorderAndInside) {
   const std::vector<Eigen::Vector3d> square{{0, 0, 1}, {4, 0, 1}, {4, 4, 1}, {0, 4, 1}};
   const auto points = sample_outline(square, 1.0);

@@ -1,0 +1,280 @@
+// Near pairs from an index of outlines, their joint covariances from one factorisation.
+#include <lamina/backend/plane_doubles.hpp>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include <lamina/backend/covariance.hpp>
+#include <lamina/backend/plane_neighbourhood.hpp>
+
+namespace lamina {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+// What refined poses are still wrong by among each other over the extent of one view, 1-sigma,
+// whatever their covariance says: walls are no planes.
+constexpr double kPoseSigma = 0.006;          // m
+constexpr double kPoseTilt = 0.15 * kDegree;  // rad
+constexpr double kFarApart = 5;               // times the surface's sigma
+constexpr int kFewViews = 6;                  // too few to say there are two planes
+constexpr double kFewShare = 0.02;            // or this share of the other plane's
+constexpr double kThin = 0.03;                // m: how far such views may be off all over
+constexpr double kThinAngle = 5 * kDegree;    // and turned
+constexpr double kCovered = 0.6;              // of their outline lies in the other's
+constexpr double kMostOff = 0.3;              // m: one wall stands no further apart
+constexpr double kSameSide = 60 * kDegree;
+constexpr double kAlike = 2.0;  // chi-squared: no telling which of two fits
+
+// The tangent of a plane about its anchor, seen about `middle_map` in the tangent basis B_into.
+Eigen::Matrix3d about_middle(const PlaneLandmark& plane, const Eigen::Vector3d& middle_map,
+                             const Matrix32d& B_into) {
+  const Matrix32d B = plane.plane_anchor.tangent_basis();
+  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
+  J.topLeftCorner<2, 2>() = B_into.transpose() * B;
+  J.bottomLeftCorner<1, 2>() = -(middle_map - plane.anchor_map).transpose() * B;
+  return J;
+}
+
+using Pairs = std::set<std::pair<PlaneId, PlaneId>>;
+
+bool has(const Pairs& pairs, PlaneId a, PlaneId b) {
+  return pairs.count({a, b}) > 0 || pairs.count({b, a}) > 0;
+}
+
+struct Agreement {
+  double chi = std::numeric_limits<double>::infinity();
+  double sigma = 0;  // m
+};
+
+Agreement agreement(const PlaneLandmark& a, const PlaneLandmark& b, const Eigen::Vector3d& middle,
+                    const Matrix6d& joint, const AssociationOptions& options) {
+  const Eigen::Vector3d off = a.plane_map().about(middle).boxminus(b.plane_map().about(middle));
+  const Matrix32d B = b.plane_anchor.tangent_basis();
+  Eigen::Matrix<double, 3, 6> J;
+  J << about_middle(a, middle, B), -about_middle(b, middle, B);
+  Eigen::Matrix3d C = J * joint * J.transpose();
+  // Each of the two is its own fit to a surface that is no plane.
+  const double tilt = std::sqrt(2.0) * options.surface_sigma_deg * kDegree;
+  const double rho = std::sqrt(2.0) * options.surface_sigma_m;
+  C.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, rho * rho);
+  const Eigen::LLT<Eigen::Matrix3d> llt(C);
+  if (!C.allFinite() || llt.info() != Eigen::Success) return {};
+  return {off.dot(llt.solve(off)), std::sqrt(C(2, 2))};
+}
+
+// Sets of planes that became one.
+class Sets {
+ public:
+  PlaneId root(PlaneId id) const {
+    for (auto it = parent_.find(id); it != parent_.end(); it = parent_.find(id)) id = it->second;
+    return id;
+  }
+  const std::set<PlaneId>& members(PlaneId root) {
+    auto& all = members_[root];
+    all.insert(root);
+    return all;
+  }
+  void join(PlaneId from, PlaneId into) {
+    members(into);
+    for (const PlaneId id : members(from)) members_[into].insert(id);
+    members_.erase(from);
+    parent_[from] = into;
+  }
+
+ private:
+  std::map<PlaneId, PlaneId> parent_;
+  std::map<PlaneId, std::set<PlaneId>> members_;
+};
+
+// Share of `small`'s outline that lies in `large`'s, and how far from its plane at most.
+struct Cover {
+  double share = 0, farthest = 0;
+};
+
+Cover cover_of(const PlaneLandmark& small, std::span<const PlaneLandmark* const> large) {
+  Cover cover;
+  std::size_t cells = 0, inside = 0;
+  std::vector<SE3> T_large_map;
+  for (const PlaneLandmark* part : large) T_large_map.push_back(part->T_map_outline.inverse());
+  const double cell = small.outline.cell_size();
+  for (const auto& [i, j] : small.outline.cells()) {
+    const Eigen::Vector3d p =
+        small.T_map_outline * Eigen::Vector3d((i + 0.5) * cell, (j + 0.5) * cell, 0);
+    bool in = false;
+    for (std::size_t k = 0; k < large.size() && !in; ++k) {
+      in = large[k]->outline.contains((T_large_map[k] * p).head<2>());
+    }
+    ++cells;
+    inside += in ? 1 : 0;
+    cover.farthest = std::max(cover.farthest, std::abs((T_large_map.front() * p).z()));
+  }
+  if (cells > 0) cover.share = static_cast<double>(inside) / static_cast<double>(cells);
+  return cover;
+}
+
+}  // namespace
+
+std::vector<std::pair<PlaneId, PlaneId>> find_doubles(
+    const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
+    const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options) {
+  const PlaneNeighbourhood near(graph, outlines, options.association.max_gap_m, false);
+  CovarianceRequest request;
+  std::map<std::pair<PlaneId, PlaneId>, double> chi_of;  // of all near pairs, lower id first
+  for (const auto& [a, b] : near.pairs(kSameSide)) {
+    chi_of[std::minmax(a, b)] = std::numeric_limits<double>::infinity();
+    const PlaneLandmark &small = graph.at(a), &large = graph.at(b);
+    const double angle = angle_between(small.plane_anchor, large.plane_anchor);
+    const double off = large.plane_map().signed_distance(near.middle(a));
+    if (has(apart, a, b) || angle > options.association.max_angle_deg * kDegree ||
+        !(std::abs(off) <= kMostOff)) {
+      continue;
+    }
+    request.plane_pairs.emplace_back(a, b);
+  }
+  if (request.plane_pairs.empty()) return {};
+  const Covariances known = covariances(graph, request);
+  if (!known.valid) return {};
+  struct Candidate {
+    double chi;
+    PlaneId from, into;
+  };
+  std::vector<Candidate> candidates;
+  for (std::size_t i = 0; i < request.plane_pairs.size(); ++i) {
+    const auto [a, b] = request.plane_pairs[i];
+    const Agreement found = agreement(graph.at(a), graph.at(b), near.middle(a),
+                                      known.plane_pairs[i], options.association);
+    chi_of[std::minmax(a, b)] = found.chi;
+    if (found.chi > options.gate || found.sigma > options.max_sigma_m) continue;
+    if (!near.beside(a, b)) continue;
+    candidates.push_back({found.chi, a, b});
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& x, const Candidate& y) { return x.chi < y.chi; });
+  const auto fits = [&](PlaneId a, PlaneId b) {
+    const auto found = chi_of.find(std::minmax(a, b));
+    return found == chi_of.end() || found->second <= options.gate;
+  };
+  // Another plane that fits `a` as well as `b` does, and is not `b`.
+  const auto undecided = [&](const Candidate& c) {
+    return std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& o) {
+      if (o.chi > c.chi + kAlike) return false;
+      for (const auto& [one, other] : {std::pair(c.from, c.into), std::pair(c.into, c.from)}) {
+        const PlaneId third = o.from == one ? o.into : o.into == one ? o.from : PlaneId::kNone;
+        if (third != PlaneId::kNone && third != other && !fits(third, other)) return true;
+      }
+      return false;
+    });
+  };
+  Sets sets;
+  std::vector<std::pair<PlaneId, PlaneId>> doubles;
+  for (const Candidate& c : candidates) {
+    const PlaneId a = sets.root(c.from), b = sets.root(c.into);
+    if (a == b || undecided(c)) continue;
+    bool all = true;
+    for (const PlaneId x : sets.members(a)) {
+      for (const PlaneId y : sets.members(b)) all = all && fits(x, y);
+    }
+    if (!all) continue;
+    const bool smaller = std::pair(near.seen(a).views, b) < std::pair(near.seen(b).views, a);
+    const PlaneId from = smaller ? a : b, into = smaller ? b : a;
+    sets.join(from, into);
+    doubles.emplace_back(from, into);
+  }
+  return doubles;
+}
+
+std::vector<std::pair<PlaneId, PlaneId>> find_slivers(
+    const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
+    const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options) {
+  const PlaneNeighbourhood near(graph, outlines, options.association.max_gap_m, false);
+  std::map<PlaneId, std::pair<double, PlaneId>> best;  // by the plane that goes: share, into
+  for (const auto& [a, b] : near.pairs(kThinAngle)) {
+    if (has(apart, a, b)) continue;
+    const int views = near.seen(a).views;
+    if (views > std::max<double>(kFewViews, kFewShare * near.seen(b).views)) continue;
+    const PlaneLandmark &small = graph.at(a), &large = graph.at(b);
+    if (std::abs(large.plane_map().signed_distance(near.middle(a))) > kThin) continue;
+    const Cover cover = cover_of(small, std::array{&large});
+    if (cover.share < kCovered || cover.farthest > kThin) continue;
+    const auto known = best.find(a);
+    if (known == best.end() || cover.share > known->second.first) best[a] = {cover.share, b};
+  }
+  std::vector<std::pair<PlaneId, PlaneId>> slivers;
+  for (const auto& [a, choice] : best) {
+    if (!best.count(choice.second)) slivers.emplace_back(a, choice.second);
+  }
+  return slivers;
+}
+
+namespace {
+
+// Covariance of the plane's (tilt, tilt, rho) about `middle_map` by its own evidence alone.
+Eigen::Matrix3d own_covariance(const PlaneLandmark& plane, const Moments& m,
+                               const Eigen::Vector3d& middle_map, double prior_tilt) {
+  const Matrix32d B = plane.plane_anchor.tangent_basis();
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  H.topLeftCorner<2, 2>() = B.transpose() * m.scatter() * B;
+  Eigen::Vector3d along;
+  along << B.transpose() * m.mean(), -1;
+  H += m.weight() * along * along.transpose();
+  const double tilt = 1 / (prior_tilt * prior_tilt);
+  H.diagonal() += Eigen::Vector3d(tilt, tilt, 1e-6);
+  const Eigen::Matrix3d J = about_middle(plane, middle_map, B);
+  return J * H.llt().solve(Eigen::Matrix3d::Identity()) * J.transpose();
+}
+
+}  // namespace
+
+std::vector<std::pair<PlaneId, PlaneId>> find_line_doubles(
+    const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
+    double prior_tilt, const DoubleOptions& options) {
+  PlaneNeighbourhood near(graph, outlines, options.association.max_gap_m, true);
+  const double surface = options.association.surface_sigma_m;
+  const double tilt = std::hypot(options.association.surface_sigma_deg * kDegree, kPoseTilt);
+  const double rho = std::hypot(surface, kPoseSigma);
+  std::vector<std::pair<PlaneId, PlaneId>> doubles;
+  for (const PlaneId a : near.smallest_first()) {
+    const PlaneLandmark& small = graph.at(a);
+    const Eigen::Vector3d middle = near.middle(a);
+    const int views = near.seen(a).views;
+    PlaneId best = PlaneId::kNone;
+    double best_chi = options.gate;
+    for (const PlaneId b : near.around(a)) {
+      const PlaneLandmark& large = graph.at(b);
+      const int others = near.seen(b).views;
+      if (others < views || (others == views && b > a)) continue;
+      if (angle_between(small.plane_anchor, large.plane_anchor) > kThinAngle) continue;
+      const Eigen::Vector3d off =
+          small.plane_map().about(middle).boxminus(large.plane_map().about(middle));
+      Eigen::Matrix3d C = own_covariance(small, near.seen(a).anchor, middle, prior_tilt) +
+                          own_covariance(large, near.seen(b).anchor, middle, prior_tilt);
+      C.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, rho * rho);
+      double chi = off.dot(C.llt().solve(off));
+      // However unsure, planes this far apart are not made one: a slab lies on its floor.
+      if (std::abs(off.z()) > kFarApart * surface) chi = options.gate;
+      if (!(chi < options.gate)) {
+        const bool few = views <= std::max<double>(kFewViews, kFewShare * others);
+        if (!few || std::abs(off.z()) > kThin) continue;
+        std::vector<const PlaneLandmark*> parts;
+        for (const PlaneId id : near.members(b)) parts.push_back(&graph.at(id));
+        const Cover cover = cover_of(small, parts);
+        if (cover.share < kCovered || cover.farthest > kThin) continue;
+        chi = options.gate * (1 - 1e-6);
+      }
+      if (chi >= best_chi) continue;
+      best_chi = chi;
+      best = b;
+    }
+    if (best == PlaneId::kNone) continue;
+    near.join(a, best);
+    doubles.emplace_back(a, best);
+  }
+  return doubles;
+}
+
+}  // namespace lamina
