@@ -18,7 +18,8 @@ bool identity(const SE3& T) { return T.log().norm() < 1e-9; }
 // The finer of the two lattices of beams.
 LaserScan CombinedScan::in_body(const Seen& seen, const std::optional<Seen>& other) {
   const bool joined = other && std::abs(seen.scan.stamp - other->scan.stamp) <= kMaxAge;
-  if (!joined && identity(seen.scan.lidar.T_body_lidar)) return seen.scan;
+  const bool even = seen.scan.angles.empty();
+  if (!joined && even && identity(seen.scan.lidar.T_body_lidar)) return seen.scan;
   double increment = std::abs(seen.scan.angle_increment);
   if (joined) increment = std::min(increment, std::abs(other->scan.angle_increment));
   ObstacleScan base = ObstacleScan::empty(seen.scan.stamp, 0, increment, 1, seen.scan.range_max);

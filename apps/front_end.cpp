@@ -1,6 +1,10 @@
 // Routing and dead reckoning.
 #include <lamina/apps/front_end.hpp>
 
+#include <algorithm>
+
+#include <lamina/frontend/odometry/sweep.hpp>
+
 namespace lamina::apps {
 namespace {
 
@@ -69,7 +73,8 @@ FrontEnd::FrontEnd(const Settings& settings, const Calibration& calibration)
       obstacles_(scan_options(settings)),
       segments_(settings.segments, tracking_of(settings, calibration)),
       scan_odometry_(settings.scan_odometry),
-      max_tilt_(settings.scan_odometry.max_tilt) {}
+      max_tilt_(settings.scan_odometry.max_tilt),
+      sweep_(settings.sweep) {}
 
 std::optional<Step> FrontEnd::process(const Measurement& measurement, io::Metrics& metrics) {
   if (const auto* odometry = std::get_if<Odometry>(&measurement)) {
@@ -168,15 +173,26 @@ Increment FrontEnd::advance(const SE3& T_start_body, const Matrix6d& covariance,
   return increment;
 }
 
-std::optional<Step> FrontEnd::process_scan(const LaserScan& scan, io::Metrics& metrics) {
-  if (!meet(scan.stamp)) return std::nullopt;
+// The scan as of its stamp: moved by what the wheels say of its sweep, or as over the last one.
+LaserScan FrontEnd::straightened(const LaserScan& scan, bool level) const {
+  const double beams = static_cast<double>(std::max<std::size_t>(scan.size(), 2) - 1);
+  const double beam_time = scan.time_increment > 0 ? scan.time_increment : sweep_ / beams;
+  if (!level || !(beam_time > 0)) return scan;
+  std::optional<Vector6d> velocity = wheels_.velocity(scan.stamp, scan.stamp + beam_time * beams);
+  if (!velocity && scan_interval_ > 0) velocity = scan_step_.log() / scan_interval_;
+  return velocity ? lamina::straightened(scan, beam_time, *velocity) : scan;
+}
+
+std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metrics& metrics) {
+  if (!meet(measured.stamp)) return std::nullopt;
+  const bool level = is_level(measured.lidar.T_body_lidar, max_tilt_);
+  const LaserScan scan = straightened(measured, level);
   std::optional<MotionGuess> guess;
   if (const auto moved = driven(last_scan_, scan.stamp)) {
     guess = MotionGuess{moved->T_from_to, moved->covariance};
   }
   Step step;
   ScanMotion motion;
-  const bool level = is_level(scan.lidar.T_body_lidar, max_tilt_);
   {
     const auto timer = metrics.time("odometry");
     motion = move_by_scan(scan, guess, level);

@@ -29,7 +29,7 @@ struct Step {
   bool tracking_lost = false;
   bool open_direction = false;            ///< an image told the motion, but not in all directions
   SE3 T_start_body;                       ///< all motions so far, chained: dead reckoning
-  std::optional<LaserScan> scan;          ///< as measured, for loop closing and the occupancy grid
+  std::optional<LaserScan> scan;          ///< straightened, for loop closing and the occupancy grid
   std::optional<ScanMotion> scan_motion;  ///< since the last scan, of level scanners
   std::optional<ObstacleScan> obstacles;  ///< from depth: levelled frame of this instant
   SE3 T_body_levelled;                    ///< that frame in the body
@@ -60,10 +60,11 @@ class FrontEnd {
   friend void fields(A& a, FrontEnd& v) {
     // All members by name: one more, and this no longer compiles until it is decided here.
     auto& [planar, depth_seen, first_step, first_floor_map, levelled_by_image, wheels, met, floor,
-           obstacles, depth_odometry, segments, scan_odometry, max_tilt, T_start_body, last_step,
-           last_scan, T_start_scan_body, scan_step, scan_interval, skipped] = v;
-    static_cast<void>(planar);     // of the calibration
-    static_cast<void>(max_tilt);   // of the settings
+           obstacles, depth_odometry, segments, scan_odometry, max_tilt, sweep, T_start_body,
+           last_step, last_scan, T_start_scan_body, scan_step, scan_interval, skipped] = v;
+    static_cast<void>(planar);    // of the calibration
+    static_cast<void>(max_tilt);  // of the settings, as is the sweep
+    static_cast<void>(sweep);
     static_cast<void>(obstacles);  // keeps buffers alone
     a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, met, depth_odometry,
       segments, scan_odometry, T_start_body, last_step, last_scan, T_start_scan_body, scan_step,
@@ -76,7 +77,8 @@ class FrontEnd {
   }
 
  private:
-  std::optional<Step> process_scan(const LaserScan& scan, io::Metrics& metrics);
+  LaserScan straightened(const LaserScan& scan, bool level) const;
+  std::optional<Step> process_scan(const LaserScan& measured, io::Metrics& metrics);
   std::optional<Step> process_depth(const DepthFrame& frame, SensorKind kind, io::Metrics& metrics);
   bool lost(const ScanMotion& motion) const;
   ScanMotion move_by_scan(const LaserScan& scan, const std::optional<MotionGuess>& guess,
@@ -109,6 +111,7 @@ class FrontEnd {
   SegmentFrontend segments_;
   ScanOdometry scan_odometry_;
   double max_tilt_;   // rad between scanner and body plane: beyond, scans are not matched
+  double sweep_;      // s, of a scan that does not say
   SE3 T_start_body_;  // the chain of increments handed out so far
   std::optional<Timestamp> last_step_;
   std::optional<Timestamp> last_scan_;

@@ -28,6 +28,10 @@ std::vector<Setting> general_rows() {
       LAMINA_ROW("robot.radius_m", robot.radius, "m, of the circle that holds its outline"),
       LAMINA_ROW("robot.max_step_m", robot.max_step, "m, largest step its wheels climb"),
       LAMINA_ROW_DEG("robot.max_slope_deg", robot.max_slope, "degrees, steepest slope it drives"),
+      LAMINA_ROW(
+          "lidar.sweep_s", sweep,
+          "s from a scan's first beam to its last where the recording does not say (ROS bags "
+          "do): scans are straightened by the motion in that time; 0: all beams at once"),
       LAMINA_ROW("topics.scan", topics["scan"],
                  "topic of a ROS bag to take as scans; \"\": the one of that type"),
       LAMINA_ROW("topics.depth", topics["depth"], "likewise, depth images"),

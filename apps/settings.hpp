@@ -33,6 +33,7 @@ struct Settings {
   double grid_resolution = 0.05;    ///< m
   /// ROS bags: which topic to read as what; "" chooses by type.
   std::map<std::string, std::string> topics;
+  double sweep = 0;  ///< s from a scan's first beam to its last, where the recording does not say
   RobotOptions robot;
   FloorOptions floor;
   ScanOptions scan;  ///< height, step and slope of the robot are taken from `robot`

@@ -56,6 +56,14 @@ std::optional<Increment> WheelTrack::between(Timestamp from, Timestamp to) const
   return sum;
 }
 
+std::optional<Vector6d> WheelTrack::velocity(Timestamp from, Timestamp to) const {
+  if (samples_.size() < 2 || !(from < to)) return std::nullopt;
+  const double late = std::max(0.0, to - newest());
+  const Timestamp begin = std::max(samples_.front().stamp, from + -late), end = to + -late;
+  if (late > kMaxGap || !(begin < end)) return std::nullopt;
+  return Vector6d((at(begin)->inverse() * *at(end)).log() / (end - begin));
+}
+
 void WheelTrack::forget_before(Timestamp stamp) {
   while (samples_.size() > 2 && samples_[1].stamp <= stamp) samples_.pop_front();
 }

@@ -32,6 +32,9 @@ class WheelTrack {
   /// The motion from one stamp to a later one. Ends outside the samples are held still for up to
   /// `kMaxGap` and their uncertainty grown; nullopt beyond that.
   std::optional<Increment> between(Timestamp from, Timestamp to) const;
+  /// The mean velocity of the body (right tangent, m/s and rad/s) from one stamp to a later one, or
+  /// over as long a time that ends with the newest sample; nullopt without samples for it.
+  std::optional<Vector6d> velocity(Timestamp from, Timestamp to) const;
   /// Forgets samples that no later question from `stamp` on needs.
   void forget_before(Timestamp stamp);
   /// T_odom_body at a stamp, as between(); nullopt outside the samples by more than kMaxGap.

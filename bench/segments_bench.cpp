@@ -8,6 +8,7 @@
 #include <numeric>
 #include <set>
 
+#include <lamina/frontend/odometry/sweep.hpp>
 #include <lamina/frontend/segments/segment_frontend.hpp>
 
 #include "../tests/frontend/segments/scan_maker.hpp"
@@ -191,7 +192,15 @@ void turning() {
   constexpr int kScans = 200;
   std::printf("\n%-38s %7s %7s %7s %9s %9s\n", "turning at 2 rad/s, 5 scans a second", "recall",
               "false", "lines", "switches", "followed");
-  for (const double sweep : {0.0, 0.01875, 0.0375, 0.075, 0.15}) {
+  for (const auto& [sweep, straighten] : {std::pair{0.0, false},
+                                          {0.01875, false},
+                                          {0.0375, false},
+                                          {0.075, false},
+                                          {0.15, false},
+                                          {0.01875, true},
+                                          {0.0375, true},
+                                          {0.075, true},
+                                          {0.15, true}}) {
     ScanMaker maker;
     maker.beams = 541;
     maker.noise = {0.01, 0.0005, 0.0};
@@ -210,6 +219,13 @@ void turning() {
       std::vector<int> hits;
       LaserScan scan = maker.scan(walls, random, &hits);
       scan.stamp = Timestamp::from_seconds(k / kScansPerSecond);
+      if (straighten) {
+        Vector6d velocity = Vector6d::Zero();
+        velocity(5) = kRate;
+        scan = straightened(scan, sweep / (maker.beams - 1), velocity);
+        // The walls are those of the middle of the sweep.
+        for (float& angle : scan.angles) angle -= static_cast<float>(0.5 * maker.turn);
+      }
       const Observations out =
           frontend.process(scan, SE3::planar(0, 0, k == 0 ? 0 : kRate / kScansPerSecond));
       const std::vector<ScanSegment>& segments = frontend.last().segments;
@@ -229,7 +245,8 @@ void turning() {
       }
       before = std::move(now);
     }
-    std::printf("sweep %.0f ms, turns %-19.1f %7.4f %7.3f %7.2f %9d %9d\n", 1e3 * sweep,
+    std::printf("sweep %.0f ms, %s%-*.1f %7.4f %7.3f %7.2f %9d %9d\n", 1e3 * sweep,
+                straighten ? "straightened " : "turns ", straighten ? 12 : 19,
                 maker.turn * 180 / M_PI, total.recall(), double(total.false_lines) / kScans,
                 double(total.detected) / kScans, switches, followed);
   }

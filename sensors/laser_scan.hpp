@@ -11,16 +11,23 @@
 namespace lamina {
 
 /// Ranges in the scanner's x-y plane; beam i points along angle_min + i * angle_increment
-/// (counter-clockwise for a positive increment; a negative one is legal).
+/// (counter-clockwise for a positive increment; a negative one is legal), or along angles[i].
 struct LaserScan {
   Timestamp stamp;
   double angle_min = 0, angle_increment = 0;  ///< rad
   double range_min = 0, range_max = 0;        ///< m
   std::vector<float> ranges;                  ///< m; 0, inf or nan = no return
+  /// s from one beam to the next, beam 0 at `stamp`; 0: unknown, or all beams at once.
+  double time_increment = 0;
+  /// rad; where the beams of a scan point that has been straightened (sweep.hpp); else empty.
+  std::vector<float> angles;
   LidarModel lidar;
 
   std::size_t size() const { return ranges.size(); }
-  double angle(std::size_t i) const { return angle_min + static_cast<double>(i) * angle_increment; }
+  double angle(std::size_t i) const {
+    return angles.empty() ? angle_min + static_cast<double>(i) * angle_increment
+                          : static_cast<double>(angles[i]);
+  }
   /// True where beam i has a return inside [range_min, range_max].
   bool valid(std::size_t i) const {
     const double r = static_cast<double>(ranges[i]);

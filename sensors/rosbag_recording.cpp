@@ -268,6 +268,13 @@ void BagRecording::convert_scan(bag::Message& message, Timestamp stamp) {
   scan.range_min = std::isfinite(message.range_min) ? static_cast<double>(message.range_min) : 0;
   scan.range_max = std::isfinite(message.range_max) ? static_cast<double>(message.range_max) : 0;
   scan.ranges = std::move(message.ranges);
+  // [ROS]: beam 0 is at the stamp. Drivers that state nonsense are taken to state nothing.
+  constexpr double kLongestSweep = 1;  // s
+  const double sweep =
+      static_cast<double>(message.time_increment) * static_cast<double>(scan.size() - 1);
+  if (sweep > 0 && sweep <= kLongestSweep) {
+    scan.time_increment = static_cast<double>(message.time_increment);
+  }
   if (!calibration_.lidar) {
     calibration_.lidar = LidarModel();
     calibration_.lidar->T_body_lidar = T_body(message.frame).value_or(SE3());

@@ -78,6 +78,7 @@ void convert(const sensor_msgs::LaserScan& in, Message& out) {
   out.angle_increment = in.angle_increment;
   out.range_min = in.range_min;
   out.range_max = in.range_max;
+  out.time_increment = in.time_increment;
   out.ranges = in.ranges;
 }
 

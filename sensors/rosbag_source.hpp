@@ -22,7 +22,7 @@ struct Message {
   std::string topic, frame, child_frame;
   std::int64_t stamp_ns = 0;
   // kScan
-  float angle_min = 0, angle_increment = 0, range_min = 0, range_max = 0;
+  float angle_min = 0, angle_increment = 0, range_min = 0, range_max = 0, time_increment = 0;
   std::vector<float> ranges;
   // kDepth, kCameraInfo
   int width = 0, height = 0;

@@ -17,7 +17,8 @@ void fields(A& a, LidarModel& v) {
 }
 template <class A>
 void fields(A& a, LaserScan& v) {
-  a(v.stamp, v.angle_min, v.angle_increment, v.range_min, v.range_max, v.ranges, v.lidar);
+  a(v.stamp, v.angle_min, v.angle_increment, v.range_min, v.range_max, v.ranges, v.time_increment,
+    v.angles, v.lidar);
 }
 template <class A>
 void fields(A& a, Odometry& v) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace lamina {
 namespace {
@@ -25,11 +26,12 @@ bool InverseRangeSums::solve(double& A, double& B) const {
 }
 
 void ScanPoints::update_table(const LaserScan& scan) {
-  if (table_c_.size() == scan.size() && table_min_ == scan.angle_min &&
+  if (scan.angles.empty() && table_c_.size() == scan.size() && table_min_ == scan.angle_min &&
       table_increment_ == scan.angle_increment) {
     return;
   }
-  table_min_ = scan.angle_min;
+  // A straightened scan's table is of that scan alone: no other one begins at "not a number".
+  table_min_ = scan.angles.empty() ? scan.angle_min : std::numeric_limits<double>::quiet_NaN();
   table_increment_ = scan.angle_increment;
   table_c_.resize(scan.size());
   table_s_.resize(scan.size());

@@ -42,6 +42,24 @@ TEST(WheelTrack, RefusesStampsFarOutside) {
   EXPECT_TRUE(track.between(Timestamp::from_seconds(0.9), Timestamp::from_seconds(1.2)));
 }
 
+TEST(WheelTrack, VelocityIsThatOfTheTimeAskedForOrOfTheNewestThereIs) {
+  WheelTrack track{OdometryModel{}};
+  const auto at = [](double t) { return Timestamp::from_seconds(t); };
+  track.add(sample(0, 0));
+  EXPECT_FALSE(track.velocity(at(0), at(0.1)));
+  track.add(sample(0.1, 0.1));
+  track.add(sample(0.2, 0.1, 0.3));
+  const auto driving = track.velocity(at(0), at(0.1)), turning = track.velocity(at(0.15), at(0.2)),
+             newest = track.velocity(at(0.2), at(0.25)), both = track.velocity(at(0.2), at(0.4));
+  ASSERT_TRUE(driving && turning && newest && both);
+  EXPECT_NEAR((*driving)(0), 1, 1e-9);
+  EXPECT_NEAR((*driving)(5), 0, 1e-9);
+  EXPECT_NEAR((*turning)(5), 3, 1e-9);
+  EXPECT_NEAR((*newest)(5), 3, 1e-9);
+  EXPECT_NEAR((*both)(5), 1.5, 1e-9);
+  EXPECT_FALSE(track.velocity(at(1), at(1.1)));
+}
+
 TEST(WheelTrack, ForgetsWhatIsNoLongerAskedFor) {
   WheelTrack track{OdometryModel{}};
   for (int i = 0; i < 100; ++i) track.add(sample(i, i));
