@@ -140,6 +140,21 @@ int main() {
     told.push_back(user_ms() - start);
     tiles += static_cast<double>(rasterizer.tiles_drawn()) / 200;
   }
+  // As above, and a surfel rises out of the floor or sinks back: what is connected changes, too.
+  std::vector<double> joined;
+  for (int k = 0; k < 200; ++k) {
+    RasterChanges changes;
+    const std::size_t first = 20 * (random() % 9900);
+    for (std::size_t s = first; s < first + 800; ++s) {
+      map.surfels[s].center.z() -= 0.001;
+      changes.surfels.push_back(s);
+    }
+    double& z = map.surfels[first].center.z();
+    z += z < 0.05 ? 0.1 : -0.1;
+    const double start = user_ms();
+    rasterizer.update(map, changes);
+    joined.push_back(user_ms() - start);
+  }
   for (int k = 0; k < 20; ++k) {
     map.surfels[static_cast<std::size_t>(k) * 999].center.z() += 0.001;
     const double start = user_ms();
@@ -148,6 +163,7 @@ int main() {
   }
   std::printf("one frame: 800 surfels and a wall, %.1f tiles\n", tiles);
   print("update, told what changed", told);
+  print("update that changes what is connected", joined);
   print("update, comparing the whole map", found);
   return 0;
 }

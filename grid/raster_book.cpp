@@ -38,6 +38,7 @@ Book::Item Book::covering(const Eigen::Vector2d& low, const Eigen::Vector2d& hig
   const double side = options_.resolution * kSide, far = kFarthest * options_.resolution;
   const Eigen::Vector2d a = low.array() - margin, b = high.array() + margin;
   if (!a.allFinite() || !b.allFinite() || a.minCoeff() < -far || b.maxCoeff() > far) return item;
+  if ((a.array() > b.array()).any()) return item;  // of nothing at all
   const auto tile = [side](double x) { return static_cast<std::int32_t>(std::floor(x / side)); };
   const Item covers{0, tile(a.x()), tile(a.y()), tile(b.x()), tile(b.y())};
   const std::int64_t count =

@@ -25,6 +25,15 @@ class Book {
   /// Only what is listed, the ends of the lists, and the end of the path.
   void update(const PlanarMap& map, const RasterChanges& changes);
 
+  /// Visits the tiles that hold a seed, ascending by key.
+  template <class Visit>
+  void at_seed(std::size_t seed, const Visit& visit) const {
+    const Item& item = seeds_.items[seed];
+    for (std::int32_t j = item.j0; j <= item.j1; ++j) {
+      for (std::int32_t i = item.i0; i <= item.i1; ++i) visit(*tiles.find({j, i})->second);
+    }
+  }
+
   Tiles tiles;
   std::vector<Tile*> marked;                 ///< tiles with something to do, each once
   std::vector<PathPoint> seeds, references;  ///< of the path, one every so far

@@ -19,6 +19,7 @@ std::vector<std::string> RasterOptions::problems() const {
   require(obstacle_confidence >= 0 && obstacle_confidence <= 1,
           "obstacle_confidence must lie between 0 and 1");
   require(disc_growth >= 1 && disc_growth <= 3, "disc_growth must lie between 1 and 3");
+  require(edge_margin >= 0, "edge_margin must not be negative");
   require(level_gap > 0, "level_gap must be above 0");
   require(plane_gap >= 0 && plane_ring >= plane_gap,
           "plane_gap must not be negative, plane_ring not less than plane_gap");

@@ -72,12 +72,14 @@ void take_nearest(std::span<const Level> levels, Site& site) {
   if (best != nullptr) take(*best, false, site);
 }
 
-void touch(float low, float high, float base, const RasterOptions& options, Site& site) {
+// Does it stand in the robot's way?
+bool touch(float low, float high, float base, const RasterOptions& options, Site& site) {
   const float from = base + static_cast<float>(options.max_step);
   const float to = base + static_cast<float>(options.robot_height);
-  if (high <= from || low >= to) return;
+  if (high <= from || low >= to) return false;
   site.blocked = true;
   site.top = std::max(site.top, std::min(high, to));
+  return true;
 }
 
 }  // namespace
@@ -114,7 +116,9 @@ void choose_sites(const std::vector<PathPoint>& path, float fallback, const Rast
     if (!site.supported) site.top = -std::numeric_limits<float>::infinity();
     for (const Level& level : tile.levels_at(cell)) {
       const bool alone = level.surface.from_plane() && !site.supported;
-      if (!alone) touch(level.surface.height, level.surface.height, base, options, site);
+      if (!alone && touch(level.surface.height, level.surface.height, base, options, site)) {
+        site.surface_above = true;
+      }
     }
     for (; obstacle != tile.obstacles.end() && obstacle->cell == cell; ++obstacle) {
       touch(obstacle->low, obstacle->high, base, options, site);

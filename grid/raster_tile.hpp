@@ -49,15 +49,20 @@ struct Site {
   float reference = 0;  ///< height of the floor the robot would come from
   float top = 0;        ///< highest thing a robot would touch
   std::int32_t source = 0;
-  bool supported = false;  ///< there is a surface
-  bool blocked = false;    ///< something solid within the robot's height
-  bool reached = false;    ///< the surface is connected to the path
+  bool supported = false;      ///< there is a surface
+  bool blocked = false;        ///< something solid within the robot's height
+  bool reached = false;        ///< the surface is connected to the path
+  bool surface_above = false;  ///< what blocks is a surface seen from above: it has an edge
   std::uint8_t flags = 0;
+  // By the sites around (`look_around`).
+  bool complete = true;  ///< something is known of all eight
+  float step = 1;        ///< least probability that a step to one of them is at most T
 };
 
 /// A link between components of neighbouring tiles.
 struct Link {
   std::int32_t here = 0, there = 0;
+  bool operator==(const Link&) const = default;
 };
 
 /// The tile's best floor for a kept pose of the path; the least score of all tiles wins.
@@ -152,7 +157,13 @@ struct Neighbourhood {
     return &tile->sites[v % kSide * kSide + u % kSide];
   }
 };
-/// 4: the layers of one cell of the middle tile, and what keeps it from a verdict.
+/// Cells beside an edge that are not called free.
+int edge_cells(const RasterOptions& options);
+/// 4: what the sites around say of a site of the middle tile.
+void look_around(const Neighbourhood& around, int i, int j, const RasterOptions& options,
+                 Site& site);
+/// 5: the layers of one cell of the middle tile, and what keeps it from a verdict. Neighbours must
+/// have looked around.
 NavigabilityCell verdict(const Neighbourhood& around, int i, int j, const RasterOptions& options,
                          Doubt* doubt = nullptr);
 

@@ -34,12 +34,6 @@ float normal_cdf(float z) {
   return table[k] + (place - static_cast<float>(k)) * (table[k + 1] - table[k]);
 }
 
-// Least probability over the neighbours that the step stays within T, and what is not known there.
-struct Steps {
-  float probability = 1;
-  bool complete = true;
-};
-
 // P(|d + e| <= T), e ~ N(0, variance). Cells of one surface share its error: only its tilt is left.
 float step_probability(const Site& a, const Site& b, float distance, float T) {
   const float d = std::abs(a.height - b.height);
@@ -51,28 +45,9 @@ float step_probability(const Site& a, const Site& b, float distance, float T) {
   return normal_cdf(room / sigma) + normal_cdf((T + kRounding + d) / sigma) - 1;
 }
 
-Steps steps(const Neighbourhood& around, const Site& site, int i, int j,
-            const RasterOptions& options) {
-  Steps result;
-  const auto r = static_cast<float>(options.resolution), T = static_cast<float>(options.max_step);
-  for (int dj = -1; dj <= 1; ++dj) {
-    for (int di = -1; di <= 1; ++di) {
-      if (di == 0 && dj == 0) continue;
-      const Site* other = around.at(i + di, j + dj);
-      if (other == nullptr || (!other->supported && !other->blocked)) {
-        result.complete = false;
-        continue;
-      }
-      // Low things that were seen as loose points alone are steps like those of surfaces.
-      const float rise = other->top - site.height;
-      if (other->blocked && rise > T && rise <= kLow) result.probability = 0;
-      if (!other->supported) continue;
-      const float distance = r * (di != 0 && dj != 0 ? 1.41421356F : 1.0F);
-      result.probability =
-          std::min(result.probability, step_probability(site, *other, distance, T));
-    }
-  }
-  return result;
+// A robot comes up to its edge, whatever stands there.
+bool is_step(const Site& other, float rise, float T) {
+  return other.blocked && rise > T && (rise <= kLow || other.surface_above);
 }
 
 float slope_probability(const Site& site, float slope, const RasterOptions& options) {
@@ -116,6 +91,19 @@ bool squeezed(const Neighbourhood& around, int i, int j) {
   return false;
 }
 
+// Where an edge lies is known to a margin: what is that near to one is not free either.
+bool beside_step(const Neighbourhood& around, int i, int j, const RasterOptions& options) {
+  const int reach = edge_cells(options);
+  const auto blocked = static_cast<float>(1 - options.min_probability);
+  for (int dj = -reach; dj <= reach; ++dj) {
+    for (int di = -reach; di <= reach; ++di) {
+      const Site* other = around.at(i + di, j + dj);
+      if (other != nullptr && other->supported && other->step <= blocked) return true;
+    }
+  }
+  return false;
+}
+
 float factor(const Site& site, float slope, const RasterOptions& options) {
   const float rise = (site.height - site.reference) / static_cast<float>(options.robot_height);
   const auto steep = static_cast<float>(options.steep_slope);
@@ -131,6 +119,33 @@ NavigabilityCell never(NavigabilityCell cell, float confidence) {
 }
 
 }  // namespace
+
+int edge_cells(const RasterOptions& options) {
+  constexpr double kMost = kSide / 4;  // whatever the resolution: a tile's neighbours must do
+  return static_cast<int>(std::lround(std::min(options.edge_margin / options.resolution, kMost)));
+}
+
+void look_around(const Neighbourhood& around, int i, int j, const RasterOptions& options,
+                 Site& site) {
+  const auto r = static_cast<float>(options.resolution), T = static_cast<float>(options.max_step);
+  site.complete = true;
+  site.step = 1;
+  if (!site.supported) return;
+  for (int dj = -1; dj <= 1; ++dj) {
+    for (int di = -1; di <= 1; ++di) {
+      if (di == 0 && dj == 0) continue;
+      const Site* other = around.at(i + di, j + dj);
+      if (other == nullptr || (!other->supported && !other->blocked)) {
+        site.complete = false;
+        continue;
+      }
+      if (is_step(*other, other->top - site.height, T)) site.step = 0;
+      if (!other->supported) continue;
+      const float distance = r * (di != 0 && dj != 0 ? 1.41421356F : 1.0F);
+      site.step = std::min(site.step, step_probability(site, *other, distance, T));
+    }
+  }
+}
 
 NavigabilityCell verdict(const Neighbourhood& around, int i, int j, const RasterOptions& options,
                          Doubt* doubt) {
@@ -155,17 +170,17 @@ NavigabilityCell verdict(const Neighbourhood& around, int i, int j, const Raster
     const float depth = site->reference - site->height - static_cast<float>(options.max_step);
     return never(cell, site->variance > 0 ? normal_cdf(depth / std::sqrt(site->variance)) : 1.0F);
   }
-  const Steps step = steps(around, *site, i, j, options);
   const float level = slope_probability(*site, slope, options);
-  const float p = std::min(step.probability, level);
+  const float p = std::min(site->step, level);
   const auto sure = static_cast<float>(options.min_probability);
   if (p <= 1 - sure) return never(cell, 1 - p);
-  why = edge                      ? Doubt::kEdge
-        : !step.complete          ? Doubt::kNeighbourNotSeen
-        : step.probability < sure ? Doubt::kStep
-        : level < sure            ? Doubt::kSlope
-        : squeezed(around, i, j)  ? Doubt::kSqueezed
-                                  : Doubt::kNone;
+  why = edge                                 ? Doubt::kEdge
+        : !site->complete                    ? Doubt::kNeighbourNotSeen
+        : site->step < sure                  ? Doubt::kStep
+        : level < sure                       ? Doubt::kSlope
+        : beside_step(around, i, j, options) ? Doubt::kBesideStep
+        : squeezed(around, i, j)             ? Doubt::kSqueezed
+                                             : Doubt::kNone;
   if (why != Doubt::kNone) return cell;
   cell.navigability = factor(*site, slope, options);
   cell.confidence = p;

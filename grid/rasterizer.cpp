@@ -20,21 +20,35 @@ struct Rasterizer::State {
   std::size_t drawn = 0;
   bool floor_seen = false, floor_under_path = false;
 
+  /// The best floor under a kept pose of the path.
+  struct Leader {
+    const Tile* tile = nullptr;  ///< nullptr: none
+    std::int32_t component = -1;
+  };
+  std::vector<Leader> leaders;  ///< by seed
+  std::vector<Tile*> in_order;  ///< all tiles, ascending by key
+  bool joined_anew = true;      ///< components, their links or the leaders are not what they were
+
   explicit State(const RasterOptions& o) : options(o), book(o), grid(o.resolution) {}
   Tile* tile_at(const TileKey& key, int di, int dj) const {
     const auto it = book.tiles.find({key.first + dj, key.second + di});
     return it == book.tiles.end() ? nullptr : it->second.get();
   }
   void draw(const PlanarMap& map);
-  void link(const TileKey& key, Tile& tile) const;
+  void draw(const PlanarMap& map, Tile& tile, std::vector<TileKey>& linked);
+  void link(const TileKey& key, Tile& tile);
+  void lead(std::vector<std::int32_t>& asked);
+  Leader leader(std::size_t seed) const;
   void reach();
   float floor_height(const std::vector<Tile*>& floors, Components& all, std::int32_t floor) const;
-  std::vector<char> voted(const std::vector<Tile*>& floors, Components& all,
-                          std::size_t count) const;
+  std::vector<char> voted(Components& all, std::size_t count) const;
   std::int32_t largest(const std::vector<Tile*>& floors, Components& all, std::size_t count) const;
   void spread(const std::vector<Tile*>& floors, Components& all, const std::vector<char>& reached);
   void choose_again(Tile& tile);
   void judge();
+  void around_changed(const std::vector<TileKey>& changed, int margin,
+                      void (State::*what)(const TileKey&, int, int, int, int));
+  void look(const TileKey& key, int i0, int j0, int i1, int j1);
   void judge(const TileKey& key, int i0, int j0, int i1, int j1);
   Neighbourhood neighbourhood(const TileKey& key) const;
   void write(const CellIndex& c, const NavigabilityCell& cell);
@@ -44,29 +58,73 @@ struct Rasterizer::State {
 void Rasterizer::State::draw(const PlanarMap& map) {
   drawn = 0;
   std::vector<TileKey> linked;
+  std::vector<std::int32_t> asked;  // seeds
   for (Tile* tile : book.marked) {
-    const TileKey key = key_of(*tile);
-    if (tile->redraw) {
-      if (tile->has_evidence() || !tile->sites.empty()) {
-        draw_evidence(map, options, *tile);
-        label_components(options, *tile);
-        ++drawn;
-        linked.insert(linked.end(),
-                      {key, {key.first, key.second - 1}, {key.first - 1, key.second}});
-      }
-      tile->reseed = tile->rechoose = true;
-    }
-    if (tile->reseed) find_seeds(book.seeds, options, *tile);
+    if (tile->redraw) draw(map, *tile, linked);
+    if (!tile->reseed) continue;
+    for (const Vote& vote : tile->votes) asked.push_back(vote.pose);
+    find_seeds(book.seeds, options, *tile);
+    asked.insert(asked.end(), tile->seeds.begin(), tile->seeds.end());
   }
   std::sort(linked.begin(), linked.end());
   linked.erase(std::unique(linked.begin(), linked.end()), linked.end());
   for (const TileKey& key : linked) {
     if (Tile* tile = tile_at(key, 0, 0)) link(key, *tile);
   }
+  lead(asked);
 }
 
-void Rasterizer::State::link(const TileKey& key, Tile& tile) const {
+void Rasterizer::State::draw(const PlanarMap& map, Tile& tile, std::vector<TileKey>& linked) {
+  tile.reseed = tile.rechoose = true;
+  if (!tile.has_evidence() && tile.sites.empty()) return;
+  const std::int32_t components = tile.components;
+  draw_evidence(map, options, tile);
+  label_components(options, tile);
+  joined_anew = joined_anew || tile.components != components;
+  ++drawn;
+  const TileKey key = key_of(tile);
+  linked.insert(linked.end(), {key, {key.first, key.second - 1}, {key.first - 1, key.second}});
+}
+
+Rasterizer::State::Leader Rasterizer::State::leader(std::size_t seed) const {
+  Leader best;
+  double score = std::numeric_limits<double>::infinity();
+  book.at_seed(seed, [&](const Tile& tile) {
+    const auto pose = static_cast<std::int32_t>(seed);
+    const auto vote =
+        std::lower_bound(tile.votes.begin(), tile.votes.end(), pose,
+                         [](const Vote& v, std::int32_t wanted) { return v.pose < wanted; });
+    if (vote == tile.votes.end() || vote->pose != pose || vote->score >= score) return;
+    score = vote->score;
+    best = {&tile, vote->component};
+  });
+  return best;
+}
+
+// Who leads where tiles voted again. One more that leads to where others lead is no news.
+void Rasterizer::State::lead(std::vector<std::int32_t>& asked) {
+  for (std::size_t k = book.seeds.size(); k < leaders.size(); ++k) {
+    joined_anew = joined_anew || leaders[k].tile != nullptr;
+  }
+  leaders.resize(book.seeds.size());
+  std::sort(asked.begin(), asked.end());
+  asked.erase(std::unique(asked.begin(), asked.end()), asked.end());
+  for (const std::int32_t pose : asked) {
+    const auto k = static_cast<std::size_t>(pose);
+    if (k >= leaders.size()) break;
+    const Leader now = leader(k), was = leaders[k];
+    leaders[k] = now;
+    if (now.tile == was.tile && now.component == was.component) continue;
+    const auto known = static_cast<std::size_t>(now.component);
+    joined_anew = joined_anew || was.tile != nullptr || known >= now.tile->reached.size() ||
+                  now.tile->reached[known] == 0;
+  }
+}
+
+void Rasterizer::State::link(const TileKey& key, Tile& tile) {
+  std::vector<Link> old;
   const auto join = [&](const Tile* other, std::vector<Link>& links, bool to_right) {
+    old.swap(links);
     links.clear();
     if (other == nullptr) return;
     for (int k = 0; k < kSide; ++k) {
@@ -87,23 +145,18 @@ void Rasterizer::State::link(const TileKey& key, Tile& tile) const {
   tile.right_tile = tile_at(key, 1, 0);
   tile.above_tile = tile_at(key, 0, 1);
   join(tile.right_tile, tile.right, true);
+  joined_anew = joined_anew || old != tile.right;
   join(tile.above_tile, tile.above, false);
+  joined_anew = joined_anew || old != tile.above;
 }
 
 // The components that are best under some pose of the path, by root.
-std::vector<char> Rasterizer::State::voted(const std::vector<Tile*>& floors, Components& all,
-                                           std::size_t count) const {
-  std::vector<std::pair<double, std::int32_t>> best(book.seeds.size(), {1e300, -1});
-  for (const Tile* tile : floors) {
-    for (const Vote& vote : tile->votes) {
-      auto& leader = best[static_cast<std::size_t>(vote.pose)];
-      const std::pair<double, std::int32_t> now{vote.score, tile->first_component + vote.component};
-      if (now < leader) leader = now;
-    }
-  }
+std::vector<char> Rasterizer::State::voted(Components& all, std::size_t count) const {
   std::vector<char> reached(count, 0);
-  for (const auto& [score, component] : best) {
-    if (component >= 0) reached[static_cast<std::size_t>(all.root(component))] = 1;
+  for (const Leader& leader : leaders) {
+    if (leader.tile == nullptr) continue;
+    const std::int32_t component = leader.tile->first_component + leader.component;
+    reached[static_cast<std::size_t>(all.root(component))] = 1;
   }
   return reached;
 }
@@ -121,18 +174,25 @@ std::int32_t Rasterizer::State::largest(const std::vector<Tile*>& floors, Compon
 }
 
 // Components of all tiles, joined over their borders; those under the path are the robot's floor.
-// Where the path lies on no floor (a hand-held camera) it is the largest of all.
+// Where the path lies on no floor (a hand-held camera) it is the largest of all. Nothing changes
+// while the graph of components and those who lead to it are the same.
 void Rasterizer::State::reach() {
+  if (!joined_anew && floor_under_path) return;
+  joined_anew = false;
+  if (in_order.size() != book.tiles.size()) {  // tiles stay
+    in_order.clear();
+    for (const auto& [key, tile] : book.tiles) in_order.push_back(tile.get());
+  }
   std::vector<Tile*> floors;
   std::int32_t count = 0;
-  for (const auto& [key, tile] : book.tiles) {
+  for (Tile* tile : in_order) {
     if (tile->components == 0) {
       tile->reached.clear();
       continue;
     }
     tile->first_component = count;
     count += tile->components;
-    floors.push_back(tile.get());
+    floors.push_back(tile);
   }
   floor_seen = count > 0;
   Components all(static_cast<std::size_t>(count));
@@ -145,7 +205,7 @@ void Rasterizer::State::reach() {
     join(tile->right, tile->right_tile);
     join(tile->above, tile->above_tile);
   }
-  std::vector<char> reached = voted(floors, all, static_cast<std::size_t>(count));
+  std::vector<char> reached = voted(all, static_cast<std::size_t>(count));
   float height = std::numeric_limits<float>::quiet_NaN();
   floor_under_path = std::find(reached.begin(), reached.end(), 1) != reached.end();
   if (count > 0 && !floor_under_path) {
@@ -154,7 +214,7 @@ void Rasterizer::State::reach() {
     height = floor_height(floors, all, floor);
   }
   if (!(height == fallback || (std::isnan(height) && std::isnan(fallback)))) {
-    for (const auto& [key, tile] : book.tiles) choose_again(*tile);
+    for (Tile* tile : in_order) choose_again(*tile);
   }
   fallback = height;
   spread(floors, all, reached);
@@ -212,6 +272,17 @@ Neighbourhood Rasterizer::State::neighbourhood(const TileKey& key) const {
   return around;
 }
 
+void Rasterizer::State::look(const TileKey& key, int i0, int j0, int i1, int j1) {
+  const Neighbourhood around = neighbourhood(key);
+  Tile& tile = *tile_at(key, 0, 0);
+  if (tile.sites.empty()) return;
+  for (int j = j0; j < j1; ++j) {
+    for (int i = i0; i < i1; ++i) {
+      look_around(around, i, j, options, tile.sites[static_cast<std::size_t>(cell_in(i, j))]);
+    }
+  }
+}
+
 void Rasterizer::State::judge(const TileKey& key, int i0, int j0, int i1, int j1) {
   const Neighbourhood around = neighbourhood(key);
   const CellIndex first{key.second * kSide, key.first * kSide};
@@ -222,9 +293,31 @@ void Rasterizer::State::judge(const TileKey& key, int i0, int j0, int i1, int j1
   }
 }
 
-// A verdict looks at sites two cells around.
+// The tiles, and `margin` cells of those beside them.
+void Rasterizer::State::around_changed(const std::vector<TileKey>& changed, int margin,
+                                       void (State::*what)(const TileKey&, int, int, int, int)) {
+  const auto strip = [margin](int d) {
+    return d < 0   ? std::pair(kSide - margin, kSide)
+           : d > 0 ? std::pair(0, margin)
+                   : std::pair(0, kSide);
+  };
+  for (const TileKey& key : changed) {
+    (this->*what)(key, 0, 0, kSide, kSide);
+    for (int dj = -1; dj <= 1; ++dj) {
+      for (int di = -1; di <= 1; ++di) {
+        const Tile* tile = tile_at(key, di, dj);
+        if (tile == nullptr || tile->sites.empty() || tile->rechoose) continue;
+        const auto [i0, i1] = strip(di);
+        const auto [j0, j1] = strip(dj);
+        (this->*what)({key.first + dj, key.second + di}, i0, j0, i1, j1);
+      }
+    }
+  }
+}
+
+// A verdict looks two cells around, or as far as edges matter, at what these know of those beside
+// them.
 void Rasterizer::State::judge() {
-  static constexpr int kMargin = 2;
   std::vector<TileKey> changed;
   for (Tile* tile : book.marked) {
     // The path's height matters where no floor is connected to it.
@@ -240,23 +333,8 @@ void Rasterizer::State::judge() {
     }
     changed.push_back(key_of(*tile));
   }
-  const auto strip = [](int d) {
-    return d < 0   ? std::pair(kSide - kMargin, kSide)
-           : d > 0 ? std::pair(0, kMargin)
-                   : std::pair(0, kSide);
-  };
-  for (const TileKey& key : changed) {
-    judge(key, 0, 0, kSide, kSide);
-    for (int dj = -1; dj <= 1; ++dj) {
-      for (int di = -1; di <= 1; ++di) {
-        const Tile* tile = tile_at(key, di, dj);
-        if (tile == nullptr || tile->sites.empty() || tile->rechoose) continue;
-        const auto [i0, i1] = strip(di);
-        const auto [j0, j1] = strip(dj);
-        judge({key.first + dj, key.second + di}, i0, j0, i1, j1);
-      }
-    }
-  }
+  around_changed(changed, 1, &State::look);
+  around_changed(changed, std::max(2, edge_cells(options) + 1), &State::judge);
   for (Tile* tile : book.marked) {
     tile->redraw = tile->reseed = tile->rerefer = tile->rechoose = tile->waiting = false;
   }

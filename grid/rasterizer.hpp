@@ -28,6 +28,10 @@ struct RasterOptions {
   /// Discs are drawn larger by this, where no other disc lies: sqrt(pi/2) lets discs of the area
   /// of squares of a lattice cover the squares' corners.
   double disc_growth = 1.2533;
+  /// How well the map knows where an edge lies: paths are good to centimetres, surfels stand for
+  /// squares of 0.1 m. Cells this near to one that a step blocks are not called free (8 cells at
+  /// most); 0: edges are known exactly.
+  double edge_margin = 0.05;
   double level_gap = 0.15;  ///< m: surfaces at one place closer than this are one floor; the higher
                             ///< one counts. Less than a stair's riser, more than a doorstep.
   double plane_gap = 0.15;  ///< m: a plane fills gaps of its surfels this far from them ...
@@ -56,7 +60,8 @@ enum class Doubt {
   kNeighbourNotSeen,  ///< a cell beside it was not seen
   kStep,              ///< the height of a cell beside it, or its own, is not sure enough
   kSlope,             ///< its slope is not
-  kSqueezed,          ///< between solid things
+  kBesideStep,  ///< beside a cell that a step blocks: nobody knows where exactly its edge lies
+  kSqueezed,    ///< between solid things
 };
 
 /// Draws a map and redraws only what changed (docs/grid.md explains the rules).

@@ -84,32 +84,51 @@ TEST(Rasterizer, SlopesLowerTheValueAndSteepOnesBlock) {
 }
 
 // The verdicts of a rough terrain against the rules written down plainly.
+// Blocks of 0.1 m, up to 28 mm apart in height.
+double rough(double x, double y) {
+  const int i = static_cast<int>(std::floor(x / 0.1)), j = static_cast<int>(std::floor(y / 0.1));
+  return 0.004 * ((i * 7 + j * 5 + (i * j) % 3 + 1000) % 8);
+}
+
+// No step above T to any of the eight neighbours.
+bool steps_fit(double x, double y) {
+  bool fit = true;
+  for (double dx : {-0.05, 0.0, 0.05}) {
+    for (double dy : {-0.05, 0.0, 0.05}) {
+      fit = fit && std::abs(rough(x, y) - rough(x + dx, y + dy)) <= 0.02 + 1e-9;
+    }
+  }
+  return fit;
+}
+
 TEST(Rasterizer, EqualsBruteForceOnRoughTerrain) {
-  const auto height = [](double x, double y) {
-    const int i = static_cast<int>(std::floor(x / 0.1)), j = static_cast<int>(std::floor(y / 0.1));
-    return 0.004 * ((i * 7 + j * 5 + (i * j) % 3 + 1000) % 8);
-  };
   PlanarMap map;
   test::add_path(map, {-1, 0, 0}, {1, 0, 0});
-  test::add_floor(map, {-1.5, -1}, {1.5, 1}, height);
+  test::add_floor(map, {-1.5, -1}, {1.5, 1}, rough);
   RasterOptions options;
-  const NavigabilityGrid grid = rasterize(map, options);
-  int free = 0, blocked = 0;
+  options.edge_margin = 0;
+  const NavigabilityGrid exact = rasterize(map, options), careful = rasterize(map);
+  int free = 0, blocked = 0, beside = 0;
   for (double x = -1.425; x < 1.4; x += 0.05) {
     for (double y = -0.925; y < 0.9; y += 0.05) {
-      bool expected = true;
-      for (double dx : {-0.05, 0.0, 0.05}) {
-        for (double dy : {-0.05, 0.0, 0.05}) {
-          expected = expected && std::abs(height(x, y) - height(x + dx, y + dy)) <= 0.02 + 1e-9;
-        }
-      }
-      const float value = test::at(grid, x, y).navigability;
-      ASSERT_EQ(value > 0, expected) << x << " " << y;
+      const bool expected = steps_fit(x, y);
+      ASSERT_EQ(test::at(exact, x, y).navigability > 0, expected) << x << " " << y;
       ++(expected ? free : blocked);
+      // With edges known to a cell: beside a cell with a step nobody knows.
+      if (std::abs(x) > 1.36 || std::abs(y) > 0.86) continue;
+      bool clear = true;
+      for (double dx : {-0.05, 0.0, 0.05}) {
+        for (double dy : {-0.05, 0.0, 0.05}) clear = clear && steps_fit(x + dx, y + dy);
+      }
+      const NavigabilityCell cell = test::at(careful, x, y);
+      ASSERT_EQ(cell.navigability > 0, clear) << x << " " << y;
+      ASSERT_EQ(cell.known(), clear || !expected) << x << " " << y;
+      beside += expected && !clear;
     }
   }
   EXPECT_GT(free, 100);
   EXPECT_GT(blocked, 100);
+  EXPECT_GT(beside, 100);
 }
 
 // Far from the start poses leave a plane's height open by centimetres, but not where it lies by its
