@@ -221,6 +221,21 @@ TEST(Rasterizer, WallsBlockOverhangsAboveTheRobotDoNot) {
   }
 }
 
+// A box a robot could look down on has an edge to step off, however high; a wall has none.
+TEST(Rasterizer, SurfacesWithinTheRobotsHeightAreStepsForTheCellsBesideThem) {
+  for (const double top : {0.2, 0.4, 0.7}) {  // floors further apart than level_gap
+    PlanarMap map;
+    test::add_path(map, {-1, 0, 0}, {-0.5, 0, 0});
+    test::add_floor(map, {-1, -1}, {1, 1}, [](double, double) { return 0.0; });
+    test::add_plate(map, {0, -0.2}, {0.2, 0.2}, top, true);
+    const NavigabilityGrid grid = rasterize(map);
+    EXPECT_EQ(test::at(grid, 0.025, 0.0).navigability, 0.0F) << top;
+    EXPECT_EQ(test::at(grid, -0.025, 0.0).navigability, 0.0F) << top;
+    EXPECT_FALSE(test::at(grid, -0.075, 0.0).known()) << top;
+    EXPECT_EQ(test::at(grid, -0.125, 0.0).navigability, 1.0F) << top;
+  }
+}
+
 // The floor's plane reaches under furniture; nobody saw floor there.
 TEST(Rasterizer, APlaneFillsNothingBehindAWall) {
   PlanarMap map;
