@@ -194,7 +194,10 @@ Mapper map_online(Run& run) {
     if (taken > 0 &&
         (!newest_loops_agree(mapper.graph(), taken) || keyframes > kGrown * refined_at)) {
       const auto timer = output.metrics.time("refine");
-      mapper.refine();
+      RefineOptions quick;
+      quick.thorough = false;
+      mapper.refine(quick);
+      mapper.condense_floor();
       refined_at = keyframes;
     }
     return plane_count(mapper);

@@ -68,6 +68,11 @@ class Mapper {
   RefineResult refine(const RefineOptions& options = {},
                       const std::function<bool(const RefineProgress&)>& progress = {});
 
+  /// Floor evidence of keyframes beyond the window that lie within `radius_m` of an older one hangs
+  /// on that one from here on, at the poses of now: what many laps saw takes the room of one. For a
+  /// graph that has just been refined, where neighbours hang together well.
+  void condense_floor(double radius_m = 1);
+
   /// Everything in another map frame, as one body.
   void move(const SE3& T_new_map);
 

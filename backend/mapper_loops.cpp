@@ -162,10 +162,10 @@ void Mapper::share_outlines(PlaneId old, PlaneId made) {
 // ties places together tells more doubles. Merges that the solution contradicts are taken back.
 RefineResult Mapper::settle_planes(RefineResult result, const RefineOptions& options,
                                    const std::function<bool(const RefineProgress&)>& progress) {
-  constexpr int kMostRounds = 4;
+  const int most_rounds = options.thorough ? 4 : 2;
   PlanePairs apart;
   std::vector<std::pair<PlaneId, PlaneId>> merged;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < most_rounds; ++round) {
     std::size_t changes = undo_contradicted(merged, apart);
     if (round == 0) {
       changes += part_rejected(result.rejected, apart);
@@ -173,7 +173,7 @@ RefineResult Mapper::settle_planes(RefineResult result, const RefineOptions& opt
       if (options_.merge_planes) changes += merge_lines();
     }
     merged.clear();
-    if (options_.merge_planes && round + 1 < kMostRounds) merged = merge_refined(apart);
+    if (options_.merge_planes && round + 1 < most_rounds) merged = merge_refined(apart);
     changes += merged.size();
     if (changes == 0) break;
     remake_outlines();
@@ -230,7 +230,8 @@ void Mapper::move(const SE3& T_new_map) {
   for (auto& tentative : tentatives_) refit(tentative);
 }
 
-// The nearest older keyframe that saw all that this one saw from about the same place.
+// The nearest older keyframe from about the same place, where it saw all that this one saw but
+// planes that plenty of others saw, and half of it at least: what the map knows stays.
 const Keyframe* Mapper::stand_in_for(const Keyframe& keyframe) const {
   const Keyframe* stand_in = nullptr;
   double nearest = options_.reuse_distance_m;
@@ -244,13 +245,26 @@ const Keyframe* Mapper::stand_in_for(const Keyframe& keyframe) const {
     stand_in = &other;
   }
   if (!stand_in) return nullptr;
-  std::set<PlaneId> there, here;
+  constexpr int kPlenty = 6;
+  std::set<PlaneId> there;
+  std::map<PlaneId, int> here;  // and by how many others
   for (const auto& f : graph_.plane_moments) {
-    if (f.keyframe == keyframe.id) here.insert(f.plane);
+    if (f.keyframe == keyframe.id) here[f.plane] = 0;
     if (f.keyframe == stand_in->id) there.insert(f.plane);
   }
-  const bool all = std::includes(there.begin(), there.end(), here.begin(), here.end());
-  return all ? stand_in : nullptr;
+  for (const auto& f : graph_.plane_moments) {
+    const auto it = f.keyframe == keyframe.id ? here.end() : here.find(f.plane);
+    if (it != here.end()) ++it->second;
+  }
+  std::size_t shared = 0;
+  for (const auto& [plane, others] : here) {
+    if (there.count(plane)) {
+      ++shared;
+    } else if (others < kPlenty) {
+      return nullptr;
+    }
+  }
+  return 2 * shared >= here.size() ? stand_in : nullptr;
 }
 
 // A keyframe beyond the window that an older one can stand in for goes: its planes are seen from

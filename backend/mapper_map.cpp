@@ -108,6 +108,28 @@ MapPlane Mapper::map_plane(const PlaneLandmark& plane) const {
   return result;
 }
 
+void Mapper::condense_floor(double radius_m) {
+  std::vector<const Keyframe*> holders;
+  for (const KeyframeId id : surfels_.keyframes()) {
+    const Keyframe* keyframe = graph_.find(id);
+    if (!keyframe || window_.contains(id)) continue;
+    const Keyframe* nearest = nullptr;
+    double least = radius_m;
+    for (const Keyframe* holder : holders) {
+      const double off =
+          (holder->T_map_body.translation() - keyframe->T_map_body.translation()).norm();
+      if (off >= least) continue;
+      least = off;
+      nearest = holder;
+    }
+    if (nearest) {
+      surfels_.hand_over(id, nearest->id, nearest->T_map_body.inverse() * keyframe->T_map_body);
+    } else {
+      holders.push_back(keyframe);
+    }
+  }
+}
+
 PlanarMap Mapper::map() const {
   PlanarMap map;
   map.trajectory = trajectory();

@@ -25,6 +25,8 @@ struct RefineOptions {
   /// The graph was refined before and few things changed since: factors are judged in or out from
   /// the solution there is, without a fresh start.
   bool refined_before = false;
+  /// The mapper merges planes until no more is to be merged; false, where a robot waits: once.
+  bool thorough = true;
 };
 
 struct CostChange {

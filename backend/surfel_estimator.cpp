@@ -99,6 +99,12 @@ std::size_t SurfelEvidence::size() const {
   return sum;
 }
 
+std::vector<KeyframeId> SurfelEvidence::keyframes() const {
+  std::vector<KeyframeId> result;
+  for (const auto& [keyframe, squares] : evidence_) result.push_back(keyframe);
+  return result;
+}
+
 SurfelFloor SurfelEvidence::solve(const Graph& graph, const SurfelOptions& options) const {
   SurfelFloor floor(options.cell_m);
   for (const auto& [id, squares] : evidence_) {

@@ -36,6 +36,8 @@ class SurfelEvidence {
   /// Everything of `from` becomes `into`'s: T_into_from.
   void hand_over(KeyframeId from, KeyframeId into, const SE3& T_into_from);
   std::size_t size() const;
+  /// Those that have evidence, in order of their ids.
+  std::vector<KeyframeId> keyframes() const;
   /// The floor by the keyframes' present poses. Parents: planes within level_gap_m of the evidence
   /// whose outline is under it, nearest first.
   SurfelFloor solve(const Graph& graph, const SurfelOptions& options) const;

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <lamina/models/error.hpp>
 
 #include "mapper_room.hpp"
@@ -96,6 +98,47 @@ TEST(Mapper, LapsDoNotGrowTheGraph) {
   EXPECT_EQ(mapper.map().planes.size(), 5u);
   EXPECT_EQ(mapper.trajectory().size(), drive.truth.size());
   EXPECT_TRUE(mapper.graph().problems().empty());
+}
+
+// Three laps; each frame sees floor from 1 to 3 m ahead.
+TEST(Mapper, FloorOfManyLapsTakesTheRoomOfOne) {
+  const Drive drive(540, 180, 21);
+  const auto room = make_room();
+  Sensor sensor(22);
+  Mapper mapper = run(drive, {}, [&](std::size_t i) {
+    Observations o = sensor.depth(drive.truth[i], at_frame(i), room);
+    for (double x = 1; x < 3; x += 0.1) {
+      for (double y = -0.5; y < 0.5; y += 0.1) {
+        FloorPatch patch;
+        for (int k = 0; k < 9; ++k) {
+          patch.moments_sensor.add({x + 0.03 * (k % 3), y + 0.03 * (k / 3), sensor.gauss(0.003)},
+                                   1e5);
+        }
+        o.floor_patches.push_back(patch);
+      }
+    }
+    return o;
+  });
+  mapper.refine();
+  struct Floor {
+    std::size_t cells = 0;
+    double rms = 0;
+  };
+  const auto floor = [](const PlanarMap& map) {
+    Floor f{map.surfels.size(), 0};
+    for (const auto& s : map.surfels) f.rms += s.center.z() * s.center.z();
+    f.rms = std::sqrt(f.rms / static_cast<double>(f.cells));
+    return f;
+  };
+  const Floor before = floor(mapper.map());
+  const std::size_t room_before = mapper.state().surfels.size();
+  mapper.condense_floor();
+  const Floor after = floor(mapper.map());
+  EXPECT_LT(mapper.state().surfels.size(), room_before / 3);
+  ASSERT_GT(before.cells, 500u);
+  EXPECT_GT(after.cells, 0.95 * static_cast<double>(before.cells));
+  EXPECT_LE(after.cells, before.cells);
+  EXPECT_LT(after.rms, 1.1 * before.rms + 1e-4);
 }
 
 TEST(Mapper, SameInputSameResult) {
