@@ -11,7 +11,8 @@ namespace lamina {
 namespace {
 
 constexpr double kDegree = M_PI / 180.0;
-constexpr double kCovered = 0.6;  // of what some views saw others saw, too
+constexpr double kALittleOff = 0.1;  // m: farther off is another surface, a panel before a wall
+constexpr double kCovered = 0.6;     // of what some views saw others saw, too
 
 // The plane that has the evidence of `id` now.
 PlaneId heir_of(const Graph& graph, PlaneId id) {
@@ -67,6 +68,13 @@ std::size_t Mapper::part_rejected(const std::vector<FactorRef>& rejected, PlaneP
     if (angle_between(made, plane.plane_map()) > options_.association.max_angle_deg * kDegree) {
       return true;
     }
+    double off = 0;
+    for (const std::size_t view : views) {
+      const PlaneMomentsFactor& f = graph_.plane_moments[view];
+      off += std::abs(plane.plane_map().signed_distance(graph_.at(f.keyframe).T_map_body *
+                                                        f.moments_body.mean()));
+    }
+    if (off > kALittleOff * static_cast<double>(views.size())) return true;
     return seen_by_believed(graph_, plane, outlines_[old], views, options_.outline_cell_m) <
            kCovered;
   };

