@@ -2,6 +2,7 @@
 #include <lamina/apps/front_end.hpp>
 
 #include <algorithm>
+#include <utility>
 
 #include <lamina/frontend/odometry/sweep.hpp>
 
@@ -186,7 +187,7 @@ LaserScan FrontEnd::straightened(const LaserScan& scan, bool level) const {
 std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metrics& metrics) {
   if (!meet(measured.stamp)) return std::nullopt;
   const bool level = is_level(measured.lidar.T_body_lidar, max_tilt_);
-  const LaserScan scan = straightened(measured, level);
+  LaserScan scan = straightened(measured, level);
   std::optional<MotionGuess> guess;
   if (const auto moved = driven(last_scan_, scan.stamp)) {
     guess = MotionGuess{moved->T_from_to, moved->covariance};
@@ -225,7 +226,7 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
   }
   last_scan_ = scan.stamp;
   step.T_start_body = T_start_body;
-  step.scan = scan;
+  step.scan = std::move(scan);
   if (level) step.scan_motion = motion;
   return step;
 }

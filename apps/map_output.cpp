@@ -271,6 +271,7 @@ void MapOutput::write(const Mapper& mapper, bool online) {
     io::write_trajectory(folder_ / "trajectory.txt", trajectory);
     std::error_code ignored;  // what an earlier run of another mode left is not this map's
     std::filesystem::remove(folder_ / "trajectory_before.txt", ignored);
+    std::filesystem::remove(folder_ / "evaluation.json", ignored);  // nor the errors it had
     if (!before_.empty()) io::write_trajectory(folder_ / "trajectory_before.txt", before_);
     io::write_planes_json(folder_ / "planes.json", map.planes);
     io::write_planes_ply(folder_ / "planes.ply", map.planes);

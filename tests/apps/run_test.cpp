@@ -73,7 +73,11 @@ TEST(Run, KilledOnlineRunsGoOnToTheSameBytes) { kill_and_resume("online"); }
 
 TEST(Run, RefinedSessionKeepsThePath) {
   const Path refined = scratch() / "refined";
+  // What an earlier map in the folder was worth says nothing of this one.
+  std::filesystem::create_directories(refined);
+  std::ofstream(refined / "evaluation.json") << "{}";
   ASSERT_EQ(run({"refine", mapped(1), "--output", refined, "--quiet"}), 0);
+  EXPECT_FALSE(std::filesystem::exists(refined / "evaluation.json"));
   const Trajectory before = Trajectory::read_tum(mapped(1) / "trajectory.txt");
   const Trajectory after = Trajectory::read_tum(refined / "trajectory.txt");
   ASSERT_EQ(after.size(), before.size());
