@@ -269,7 +269,9 @@ Increment FrontEnd::move_by_depth(const DepthFrame& frame, const FloorResult& fl
   step.open_direction = motion.status == ScanMotion::Status::kDegenerate;
   // Over longer gaps motion is not extrapolated: what an image leaves open, nothing tells then.
   const bool far = last_step_ && frame.stamp - *last_step_ > depth_odometry_.options().max_step;
-  step.tracking_lost = !step.motion_known || (step.open_direction && far);
+  constexpr double kGuessedHeading = 0.5;  // rad: a map turned by that is another map
+  step.tracking_lost = !step.motion_known || (step.open_direction && far) ||
+                       motion.heading_guessed > kGuessedHeading;
   if (last_step_) return {motion.T_prev_curr_body, motion.covariance};
   if (!floor.floor_camera) return {SE3(), still_covariance()};
   levelled_by_image_ = true;

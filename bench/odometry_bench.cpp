@@ -212,6 +212,7 @@ int depth(int argc, char** argv) {
   SE3 T;
   int frames = 0, keys = 0, degenerate = 0, predicted = 0;
   double spent = 0, matched = 0, slowest = 0;
+  std::optional<SE3> last_true;
   while (const auto m = recording->next()) {
     const auto* frame = std::get_if<DepthFrame>(&*m);
     if (!frame) continue;
@@ -228,6 +229,15 @@ int depth(int argc, char** argv) {
                   frames, static_cast<int>(motion.status), motion.unknown_directions,
                   motion.matched, motion.rms, x.x(), x.y(), x.z(), T.so3().yaw() * 180 / M_PI,
                   std::acos(up.z()) * 180 / M_PI);
+      const auto now_true = truth.at(frame->stamp);
+      if (now_true && last_true) {
+        const Vector6d e =
+            ((last_true->inverse() * *now_true).inverse() * motion.T_prev_curr_body).log();
+        std::printf("       off %.3f m, %.2f deg; chi2 %.1f; 1-sigma %.3f m\n", e.head<3>().norm(),
+                    e.tail<3>().norm() * 180 / M_PI, e.dot(motion.covariance.ldlt().solve(e)),
+                    std::sqrt(motion.covariance.topLeftCorner<3, 3>().trace()));
+      }
+      last_true = now_true;
     }
     ++frames;
     keys += motion.key_frame;

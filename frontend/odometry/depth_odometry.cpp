@@ -5,6 +5,8 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include <lamina/frontend/odometry/moving_blocks.hpp>
+
 namespace lamina {
 namespace {
 
@@ -12,7 +14,8 @@ struct Sums {
   Matrix6d H = Matrix6d::Zero();
   Vector6d b = Vector6d::Zero();
   double squares = 0;
-  double spurious = 0;  ///< information that noise of the normals makes in any direction
+  double agreement = 0;  ///< sum of robust weights, 1 for a block that fits exactly
+  double spurious = 0;   ///< information that noise of the normals makes in any direction
   int used = 0, tried = 0;
 };
 
@@ -60,6 +63,7 @@ void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T
       J << n.x(), n.y(), n.z(), m.x(), m.y(), m.z();
       H.noalias() += (w * J) * J.transpose();
       b -= (w * e) * J;
+      sums.agreement += static_cast<double>(1 / (root * root));
       sums.squares += static_cast<double>(e * e);
       spurious += w * k.tilt * k.tilt;
       ++sums.used;
@@ -139,12 +143,12 @@ std::vector<const DepthOdometry::KeyFrame*> DepthOdometry::references(
 
 // From a.T_world_camera; `predicted` is what the prior is about.
 void DepthOdometry::align(const DepthBlocks& current, const SE3& predicted, const Matrix6d& prior,
-                          Alignment& a, int fine_iterations) const {
+                          Alignment& a, int coarse_iterations, int fine_iterations) const {
   const auto keys = references(current, a.T_world_camera);
   if (keys.empty()) return;
-  const int iterations = options_.coarse_iterations + fine_iterations;
+  const int iterations = coarse_iterations + fine_iterations;
   bool fine = false;
-  for (int i = 0, left = options_.coarse_iterations; i < iterations; ++i, --left) {
+  for (int i = 0, left = coarse_iterations; i < iterations; ++i, --left) {
     if (!fine && left <= 0) {
       fine = true;
       left = fine_iterations;
@@ -186,12 +190,10 @@ void DepthOdometry::align(const DepthBlocks& current, const SE3& predicted, cons
 double DepthOdometry::fit(const DepthBlocks& current, const SE3& T_world_camera) const {
   const KeyFrame& key = keys_.back();
   Sums sums;
-  accumulate(key.blocks, current, key.T_world_camera.inverse() * T_world_camera,
-             options_.coarse_stride,
-             {static_cast<float>(options_.fine_gate), 4, 0.0625F,
-              static_cast<float>(options_.min_normal_cosine), surface_variance()},
-             sums);
-  return sums.tried > 0 ? static_cast<double>(sums.used) / sums.tried : 0;
+  accumulate(
+      key.blocks, current, key.T_world_camera.inverse() * T_world_camera, options_.coarse_stride,
+      {0, 4, 0.0625F, static_cast<float>(options_.min_normal_cosine), surface_variance()}, sums);
+  return sums.tried > 0 ? sums.agreement / sums.tried : 0;
 }
 
 std::vector<SE3> DepthOdometry::other_starts(const SE3& predicted, const SE3& T_body_camera,
@@ -211,6 +213,18 @@ std::vector<SE3> DepthOdometry::other_starts(const SE3& predicted, const SE3& T_
   return starts;
 }
 
+// What moves by itself draws the coarse steps along. Unless they found clearly more than fine steps
+// alone, these are believed.
+void DepthOdometry::stay_near(const DepthBlocks& current, const SE3& predicted,
+                              const Matrix6d& prior, Alignment& a) const {
+  Alignment near;
+  near.T_world_camera = predicted;
+  align(current, predicted, prior, near, 0, options_.fine_iterations);
+  if (fit(current, a.T_world_camera) < fit(current, near.T_world_camera) + options_.search_gain) {
+    a = near;
+  }
+}
+
 void DepthOdometry::search(const DepthBlocks& current, const Matrix6d& prior,
                            const std::vector<SE3>& starts, Alignment& a) const {
   double best = fit(current, a.T_world_camera) + options_.search_gain;
@@ -218,7 +232,7 @@ void DepthOdometry::search(const DepthBlocks& current, const Matrix6d& prior,
   for (const SE3& start : starts) {
     Alignment tried;
     tried.T_world_camera = start;
-    align(current, start, prior, tried, 2);
+    align(current, start, prior, tried, options_.coarse_iterations, 2);
     const double found = fit(current, tried.T_world_camera);
     if (found <= best) continue;
     best = found;
@@ -227,7 +241,7 @@ void DepthOdometry::search(const DepthBlocks& current, const Matrix6d& prior,
   if (!better) return;
   // What surfaces leave open stays as this start has it.
   a.T_world_camera = *better;
-  align(current, *better, prior, a, options_.fine_iterations);
+  align(current, *better, prior, a, options_.coarse_iterations, options_.fine_iterations);
 }
 
 DepthMotion DepthOdometry::process(const DepthFrame& frame,
@@ -259,9 +273,15 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   Alignment a;
   const SE3 predicted = T_world_camera_ * step;
   a.T_world_camera = predicted;
-  align(current, predicted, prior, a, options_.fine_iterations);
+  align(current, predicted, prior, a, options_.coarse_iterations, options_.fine_iterations);
+  if (a.matched < options_.search_matched) stay_near(current, predicted, prior, a);
   if (!guess && !keys_.empty() && (a.matched < options_.search_matched || a.unknown > 0)) {
     search(current, prior, other_starts(predicted, T_body_camera, options_.sigma_turn * ratio), a);
+  }
+  motion.moving = drop_what_moved(current, a.T_world_camera);
+  if (motion.moving > 0) {
+    a.T_world_camera = predicted;
+    align(current, predicted, prior, a, options_.coarse_iterations, options_.fine_iterations);
   }
   const bool doubtful =
       !guess && usual_.gap_before(frame.stamp) && (a.unknown > 0 || usual_.worse(a.matched));
@@ -291,10 +311,31 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   const Matrix6d Ad = T_body_camera.adjoint();
   motion.covariance = Ad * covariance * Ad.transpose();
   motion.covariance = 0.5 * (motion.covariance + motion.covariance.transpose()).eval();
+  motion.heading_guessed = guessed_heading(motion, Ad.row(5) * expected * Ad.row(5).transpose());
   T_world_camera_ = T_world_camera_ * step;
   velocity_ = step.log() / dt;
   keep_key_frame(std::move(current), lost, motion);
   return motion;
+}
+
+double DepthOdometry::guessed_heading(const DepthMotion& motion, double expected_variance) {
+  const double variance = motion.covariance(5, 5);
+  if (variance < options_.heading_held * expected_variance) {
+    turn_guessed_ = turn_variance_ = 0;
+  } else {
+    turn_guessed_ += std::abs(motion.T_prev_curr_body.so3().log().z());
+    turn_variance_ += variance;
+  }
+  return turn_guessed_ + std::sqrt(turn_variance_);
+}
+
+double DepthOdometry::drop_what_moved(DepthBlocks& current, const SE3& T_world_camera) {
+  if (keys_.empty()) return 0;
+  KeyFrame& key = keys_.back();
+  const SE3 T_key_current = key.T_world_camera.inverse() * T_world_camera;
+  const auto come = moving_blocks(key.blocks, current, T_key_current);
+  const auto gone = moving_blocks(current, key.blocks, T_key_current.inverse());
+  return drop_blocks(current, come) + drop_blocks(key.blocks, gone);
 }
 
 void DepthOdometry::keep_key_frame(DepthBlocks blocks, bool lost, DepthMotion& motion) {

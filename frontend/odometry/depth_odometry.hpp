@@ -24,9 +24,10 @@ struct DepthOdometryOptions {
   /// less than this or leaves a direction open, other starts are tried: not turning, and turned
   /// about the body's z.
   double search_matched = 0.9;
-  double search_gain = 0.05;  ///< fit of blocks that another start must have more to be believed
-  int key_frames = 4;         ///< kept; the latest and the oldest that still overlaps are matched
-  double key_overlap = 0.7;   ///< fraction of matched blocks below which a key frame is taken
+  /// What another start must fit more to be believed: mean robust weight of the blocks.
+  double search_gain = 0.05;
+  int key_frames = 4;        ///< kept; the latest and the oldest that still overlaps are matched
+  double key_overlap = 0.7;  ///< fraction of matched blocks below which a key frame is taken
   double key_translation = 0.12;  ///< of the median depth, likewise
   double key_rotation = 0.2;      ///< rad, likewise
   double old_overlap = 0.5;       ///< an older key frame this well in view is matched, too
@@ -40,6 +41,9 @@ struct DepthOdometryOptions {
   /// Noise of normals makes information in directions that no surface holds; what is less than this
   /// many times what their noise makes is not believed.
   double normal_noise_factor = 1.5;
+  /// An image tells the heading if it leaves less than this share of the variance that was
+  /// expected.
+  double heading_held = 0.1;
   double min_information = 400;  ///< 1/m^2: a direction known worse than 5 cm is called unknown
   /// What a match is off at best, per frame: m, rad, and per m or rad of motion.
   double sigma_translation = 0.0007, sigma_rotation = 0.0004, sigma_motion = 0.01;
@@ -52,14 +56,19 @@ struct DepthMotion {
   int unknown_directions = 0;  ///< of six, that the image left open
   double matched = 0;          ///< fraction of oriented blocks that fit the key frame
   double rms = 0;              ///< m, of those
-  bool key_frame = false;      ///< this frame became one
+  double moving = 0;           ///< fraction of oriented blocks that cannot have stood still
+  /// rad: turn that was assumed, and its 1-sigma, since an image last told the heading. 0 where
+  /// this one does.
+  double heading_guessed = 0;
+  bool key_frame = false;  ///< this frame became one
 };
 
 /// Projective association, Gauss-Newton on point-to-plane distances weighted by the disparity noise
 /// of both frames, coarse to fine; the start is `guess` or constant velocity, which is also a prior
 /// that decides where the surfaces leave a direction open (one wall, a corridor whose end is out of
 /// range). After a long gap (UsualFit) an image that fits worse than usual or leaves a direction
-/// open is not believed. [Chen1992], [Newcombe2011]. Deterministic.
+/// open is not believed. What cannot have stood still (moving_blocks) says nothing of the motion
+/// and does not become part of key frames. [Chen1992], [Newcombe2011]. Deterministic.
 class DepthOdometry {
  public:
   explicit DepthOdometry(const DepthOdometryOptions& options = {});
@@ -69,7 +78,8 @@ class DepthOdometry {
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
   friend void fields(A& a, DepthOdometry& v) {
-    a(v.keys_, v.T_world_camera_, v.velocity_, v.last_stamp_, v.usual_);
+    a(v.keys_, v.T_world_camera_, v.velocity_, v.last_stamp_, v.usual_, v.turn_guessed_,
+      v.turn_variance_);
   }
 
  private:
@@ -84,7 +94,10 @@ class DepthOdometry {
   };
   struct Alignment;
   void align(const DepthBlocks& current, const SE3& predicted, const Matrix6d& prior,
-             Alignment& alignment, int fine_iterations) const;
+             Alignment& alignment, int coarse_iterations, int fine_iterations) const;
+  /// Takes the result of fine steps from `predicted` unless `alignment` fits clearly more.
+  void stay_near(const DepthBlocks& current, const SE3& predicted, const Matrix6d& prior,
+                 Alignment& alignment) const;
   /// Tries other starts (T_world_camera) and takes the best, if it is clearly better.
   void search(const DepthBlocks& current, const Matrix6d& prior, const std::vector<SE3>& starts,
               Alignment& alignment) const;
@@ -97,6 +110,11 @@ class DepthOdometry {
   float surface_variance() const {
     return static_cast<float>(options_.surface_sigma * options_.surface_sigma);
   }
+  /// Takes what cannot have stood still out of the image and the latest key frame: no part of it
+  /// may say how the camera moved. Returns its share of both.
+  double drop_what_moved(DepthBlocks& current, const SE3& T_world_camera);
+  /// Sums up what DepthMotion::heading_guessed says.
+  double guessed_heading(const DepthMotion& motion, double expected_variance);
   void keep_key_frame(DepthBlocks blocks, bool lost, DepthMotion& motion);
 
   DepthOdometryOptions options_;
@@ -105,6 +123,7 @@ class DepthOdometry {
   Vector6d velocity_ = Vector6d::Zero();  ///< camera tangent per second
   std::optional<Timestamp> last_stamp_;
   UsualFit usual_;
+  double turn_guessed_ = 0, turn_variance_ = 0;  ///< rad, rad^2, since the heading was told
 };
 
 }  // namespace lamina

@@ -166,6 +166,60 @@ TEST_F(DepthAlone, TenPercentOfThePixelsAreGrosslyWrong) {
   EXPECT_TRUE(o.ate < 0.08 || o.says_lost) << o.ate;
 }
 
+// A cylinder of a person's width crosses the view at walking pace, from right to left and back:
+// for a camera all that stands before the room, from head to feet.
+TEST_F(DepthAlone, APersonWalksThrough) {
+  const DepthCamera camera = *read_calibration(data_ / "calibration.yaml").depth_camera;
+  edit_images(data_, [&](double time, DepthImage& image) {
+    constexpr double kRadius = 0.22, kDistance = 1.6, kPace = 1.0, kPeriod = 6;  // m, m/s, s
+    const double t = std::fmod(time - kStart, kPeriod) - kPeriod / 2;
+    const double x = kPace * t * (std::fmod(time - kStart, 2 * kPeriod) < kPeriod ? 1 : -1);
+    for (int u = 0; u < image.width; ++u) {
+      // The ray (s, 1) z meets |(s z - x, z - kDistance)| = kRadius.
+      const double s = (u - camera.camera.cx) / camera.camera.fx;
+      const double a = s * s + 1, b = s * x + kDistance;
+      const double root = b * b - a * (x * x + kDistance * kDistance - kRadius * kRadius);
+      if (!(root > 0)) continue;
+      const double z = (b - std::sqrt(root)) / a;
+      for (int v = 0; v < image.height; ++v) {
+        auto& raw = image.pixels[static_cast<std::size_t>(v * image.width + u)];
+        const auto person = static_cast<std::uint16_t>(z * camera.depth_scale);
+        if (raw == 0 || raw > person) raw = person;
+      }
+    }
+  });
+  const Outcome o = outcome();
+  EXPECT_TRUE(o.ate < 0.08 || o.says_lost) << o.ate;
+}
+
+// One wall of the room lets the pattern through: no depth there, but for what is met head-on.
+TEST_F(DepthAlone, AWallOfGlass) {
+  const DepthCamera camera = *read_calibration(data_ / "calibration.yaml").depth_camera;
+  const Trajectory truth = Trajectory::read_tum(data_ / "groundtruth.txt");
+  std::mt19937 rng(8);
+  int panes = 0;
+  edit_images(data_, [&](double time, DepthImage& image) {
+    const auto pose = truth.at(Timestamp::from_seconds(time));
+    if (!pose) return;
+    const SE3 T = *pose * camera.camera.T_body_camera;
+    for (int v = 0; v < image.height; ++v) {
+      for (int u = 0; u < image.width; ++u) {
+        auto& raw = image.pixels[static_cast<std::size_t>(v * image.width + u)];
+        const double z = raw / camera.depth_scale;
+        const Eigen::Vector3d ray((u - camera.camera.cx) / camera.camera.fx,
+                                  (v - camera.camera.cy) / camera.camera.fy, 1);
+        constexpr double kWall = 3;  // m: the room is 6 m wide
+        if (raw == 0 || std::abs((T * (z * ray)).y() - kWall) > 0.1) continue;
+        ++panes;
+        if ((T.so3() * ray.normalized()).y() < 0.995) raw = 0;
+      }
+    }
+  });
+  ASSERT_GT(panes, 100000);
+  const Outcome o = outcome();
+  EXPECT_TRUE(o.ate < 0.08 || o.says_lost) << o.ate;
+}
+
 TEST_F(DepthAlone, ARobotCarriedAwaySaysSo) {
   cut(depth_, {6, 11});
   const Outcome o = outcome();

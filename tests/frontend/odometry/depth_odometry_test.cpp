@@ -5,6 +5,7 @@
 #include <random>
 
 #include <lamina/frontend/odometry/depth_odometry.hpp>
+#include <lamina/frontend/odometry/moving_blocks.hpp>
 
 namespace lamina {
 namespace {
@@ -181,6 +182,96 @@ TEST(DepthOdometry, CovarianceIsNeitherBoastfulNorUseless) {
   }
   EXPECT_LT(sum / 8, 9.0);  // six directions; white noise: samples_per_fact makes it smaller
   EXPECT_GT(sum / 8, 0.1);
+}
+
+/// Something as wide as a person, 1.2 m away, from column `left` on.
+void put_person(DepthFrame& frame, int left, int wide = 30) {
+  for (int v = 0; v < frame.camera.camera.height; ++v) {
+    for (int u = std::max(left, 0); u < std::min(left + wide, frame.camera.camera.width); ++u) {
+      const int off = u - left - wide / 2;  // round in front
+      frame.raw[static_cast<std::size_t>(v * frame.camera.camera.width + u)] =
+          static_cast<std::uint16_t>((1.2 + 0.0005 * off * off) * frame.camera.depth_scale);
+    }
+  }
+}
+
+TEST(MovingBlocks, WhatStandsStillIsNeverMarked) {
+  Camera camera;
+  const DepthBlocks a = depth_blocks(camera.see(room(), pose(0), 0));
+  const DepthFrame frame = camera.see(room(), pose(8), 1);
+  const DepthBlocks b = depth_blocks(frame);
+  const SE3& mounting = frame.camera.camera.T_body_camera;
+  const SE3 T_a_b = mounting.inverse() * pose(0).inverse() * pose(8) * mounting;
+  EXPECT_TRUE(moving_blocks(a, b, T_a_b).empty());
+  EXPECT_TRUE(moving_blocks(b, a, T_a_b.inverse()).empty());
+}
+
+TEST(MovingBlocks, WhatCameIsMarkedAndHardlyMore) {
+  Camera camera;
+  const DepthBlocks before = depth_blocks(camera.see(room(), pose(0), 0));
+  DepthFrame frame = camera.see(room(), pose(0), 1);
+  put_person(frame, 60);
+  DepthBlocks after = depth_blocks(frame);
+  const auto marks = moving_blocks(before, after, SE3());
+  ASSERT_EQ(marks.size(), after.blocks.size());
+  int person = 0, missed = 0, beside = 0;
+  for (int v = 0, i = 0; v < after.height; ++v) {
+    for (int u = 0; u < after.width; ++u, ++i) {
+      const DepthBlock& block = after.at(u, v);
+      const bool of_person = block.valid() && block.point.z() < 1.35F;
+      person += of_person;
+      missed += of_person && !marks[static_cast<std::size_t>(i)];
+      beside += block.valid() && !of_person && marks[static_cast<std::size_t>(i)];
+    }
+  }
+  EXPECT_GT(person, 1000);
+  EXPECT_LT(missed, person / 20);
+  EXPECT_LT(beside, person / 4);  // two blocks to either side
+  // The image without it shows nothing where there was free space.
+  EXPECT_TRUE(moving_blocks(after, before, SE3()).empty());
+  EXPECT_GT(drop_blocks(after, marks), 0.1);
+  EXPECT_TRUE(moving_blocks(before, after, SE3()).empty());
+}
+
+TEST(MovingBlocks, FewPlacesAreNoise) {
+  Camera camera;
+  const DepthBlocks before = depth_blocks(camera.see(room(), pose(0), 0));
+  DepthBlocks after = before;
+  DepthBlock& speck = after.blocks[after.blocks.size() / 2];
+  speck.point *= 0.5F;
+  EXPECT_TRUE(moving_blocks(before, after, SE3()).empty());
+}
+
+// The path is the one of the room without them.
+TEST(DepthOdometry, APersonSaysNothingOfTheMotion) {
+  Camera camera;
+  DepthOdometry alone, with_person;
+  SE3 T_alone, T_with;
+  double most = 0;
+  for (int i = 0; i < 12; ++i) {
+    DepthFrame frame = camera.see(room(), pose(i), i / 30.0);
+    T_alone = T_alone * alone.process(frame).T_prev_curr_body;
+    if (i > 2) put_person(frame, 10 * i);
+    const DepthMotion motion = with_person.process(frame);
+    T_with = T_with * motion.T_prev_curr_body;
+    most = std::max(most, motion.moving);
+  }
+  EXPECT_GT(most, 0.05);
+  EXPECT_LT((T_with.inverse() * T_alone).translation().norm(), 0.003);
+  EXPECT_LT((T_with.inverse() * T_alone).so3().log().norm(), 0.002);
+}
+
+TEST(DepthOdometry, SaysHowMuchHeadingItGuessed) {
+  Camera camera;
+  DepthOdometry in_room, over_floor;
+  const Planes floor = {{{0, 0, 1}, 0}};
+  DepthMotion seen, guessed;
+  for (int i = 0; i < 40; ++i) {
+    seen = in_room.process(camera.see(room(), pose(i / 4), i / 30.0));
+    guessed = over_floor.process(camera.see(i < 4 ? room() : floor, pose(i / 4), i / 30.0));
+  }
+  EXPECT_EQ(seen.heading_guessed, 0);
+  EXPECT_GT(guessed.heading_guessed, 0.05);
 }
 
 }  // namespace
