@@ -13,27 +13,35 @@ constexpr double kAstride = 0.1;  // m: where edges lie is known to this
 bool inside(int i, int j) { return i >= 0 && j >= 0 && i < kSide && j < kSide; }
 
 // Height and uncertainty of a plane over a place. The height along the normal at in-plane offset
-// (a, b) from the centre changes by d2 - a d0 - b d1 for the tangent (d0, d1, d2).
+// (a, b) from the centre changes by d2 - a d0 - b d1 for the tangent (d0, d1, d2); with (a, b) = A
+// d its variance is a quadratic form of the level offset d.
 struct Incline {
-  Eigen::Vector3d center, normal;
-  Eigen::Matrix3d covariance;
-  Matrix32d basis;
+  Eigen::Vector3d center;
+  Eigen::Vector2d gradient;
+  double constant = 0, squares_x = 0, squares_y = 0, product = 0;  // of the height's variance
+  Eigen::Vector2d linear;
+  bool from_above = true;
+  Support common;  // what does not depend on the place
 
   Incline(const Eigen::Vector3d& c, const Eigen::Vector3d& n, const Eigen::Matrix3d& S)
-      : center(c), normal(n), covariance(S), basis(Plane::tangent_basis(n)) {}
-  double rise(const Eigen::Vector2d& d) const {
-    return -(normal.x() * d.x() + normal.y() * d.y()) / normal.z();
+      : center(c), gradient(-n.head<2>() / n.z()), from_above(n.z() >= 0) {
+    const Matrix32d basis = Plane::tangent_basis(n);
+    const Eigen::Matrix2d A =
+        basis.topRows<2>().transpose() + basis.row(2).transpose() * gradient.transpose();
+    const double nz2 = n.z() * n.z();
+    const Eigen::Matrix2d form = A.transpose() * S.topLeftCorner<2, 2>() * A / nz2;
+    constant = S(2, 2) / nz2;
+    linear = -A.transpose() * (S.block<2, 1>(0, 2) + S.block<1, 2>(2, 0).transpose()) / nz2;
+    squares_x = form(0, 0), squares_y = form(1, 1), product = form(0, 1) + form(1, 0);
+    common.slope_x = static_cast<float>(gradient.x());
+    common.slope_y = static_cast<float>(gradient.y());
+    common.tilt_variance = static_cast<float>(std::max(0.0, S(0, 0) + S(1, 1)) / (nz2 * nz2));
   }
-  void fill(const Eigen::Vector2d& d, Support& s) const {
-    const double dz = rise(d), nz2 = normal.z() * normal.z();
-    const Eigen::Vector2d ab = basis.transpose() * Eigen::Vector3d(d.x(), d.y(), dz);
-    const Eigen::Vector3d J(-ab.x(), -ab.y(), 1);
-    s.height = static_cast<float>(center.z() + dz);
-    s.variance = static_cast<float>(std::max(0.0, J.dot(covariance * J)) / nz2);
-    s.slope_x = static_cast<float>(-normal.x() / normal.z());
-    s.slope_y = static_cast<float>(-normal.y() / normal.z());
-    s.tilt_variance =
-        static_cast<float>(std::max(0.0, covariance(0, 0) + covariance(1, 1)) / (nz2 * nz2));
+  double rise(const Eigen::Vector2d& d) const { return gradient.dot(d); }
+  double variance(const Eigen::Vector2d& d) const {
+    const double v = constant + linear.dot(d) + squares_x * d.x() * d.x() +
+                     squares_y * d.y() * d.y() + product * d.x() * d.y();
+    return std::max(0.0, v);
   }
 };
 
@@ -84,18 +92,20 @@ void fill_outline(const std::vector<Eigen::Vector2d>& outline, const Incline& in
       const int i0 = static_cast<int>(std::ceil(std::max(x0, 0.0)));
       const int i1 = static_cast<int>(std::floor(std::min(x1, kSide - 1.0)));
       for (int i = i0; i <= i1; ++i) {
-        Support s;
-        incline.fill(canvas.center(i, j) - incline.center.head<2>(), s);
-        if (incline.normal.z() < 0) {
-          canvas.tile.obstacles.push_back({cell_in(i, j), s.height, s.height});
+        const Eigen::Vector2d d = canvas.center(i, j) - incline.center.head<2>();
+        const auto height = static_cast<float>(incline.center.z() + incline.rise(d));
+        if (!incline.from_above) {
+          canvas.tile.obstacles.push_back({cell_in(i, j), height, height});
           continue;
         }
+        Support s = incline.common;
         s.cell = cell_in(i, j);
         s.source = source;
         s.reach = Support::kPlaneReach;
-        s.height += static_cast<float>(offset.mean);
-        s.variance = static_cast<float>(offset.predictive(static_cast<double>(s.variance)));
-        if (fills(s, i, j, canvas)) canvas.supports.push_back(s);
+        s.height = height + static_cast<float>(offset.mean);
+        if (!fills(s, i, j, canvas)) continue;
+        s.variance = static_cast<float>(offset.predictive(incline.variance(d)));
+        canvas.supports.push_back(s);
       }
     }
   }
@@ -239,6 +249,7 @@ void DiscDistance::spread(std::vector<float>& distance, std::vector<float>& heig
   for (int j = 1; j + 1 < side_; ++j) {
     for (int i = 1; i + 1 < side_; ++i) {
       const int k = j * side_ + i;
+      if (distance[static_cast<std::size_t>(k)] == 0.0F) continue;
       relax(k, k - 1, 1);
       relax(k, k - side_, 1);
       relax(k, k - side_ - 1, kDiagonal);
@@ -248,6 +259,7 @@ void DiscDistance::spread(std::vector<float>& distance, std::vector<float>& heig
   for (int j = side_ - 2; j > 0; --j) {
     for (int i = side_ - 2; i > 0; --i) {
       const int k = j * side_ + i;
+      if (distance[static_cast<std::size_t>(k)] == 0.0F) continue;
       relax(k, k + 1, 1);
       relax(k, k + side_, 1);
       relax(k, k + side_ + 1, kDiagonal);
@@ -279,24 +291,26 @@ void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas) {
   const CellIndex home = cell_of(middle, r), &first = canvas.tile.first;
   const CellIndex low = cell_of(middle.array() - reach, r),
                   high = cell_of(middle.array() + reach, r);
+  Support s = incline.common;
+  s.source = 2 * index;
+  const double per_radius = surfel.radius > 0 ? 1 / surfel.radius : 0.0;
   for (int j = low.j - first.j; j <= high.j - first.j; ++j) {
     for (int i = low.i - first.i; i <= high.i - first.i; ++i) {
       const bool is_home = i == home.i - first.i && j == home.j - first.j;
       Eigen::Vector2d d = canvas.center(i, j) - middle;
-      const double flat2 = d.squaredNorm();
-      if (flat2 > reach * reach && !is_home) continue;
-      const double rise = incline.rise(d);
-      double distance = std::sqrt(flat2 + rise * rise);
-      if (distance > reach && !is_home) continue;
-      // A disc smaller than its cell speaks for it from its own centre.
-      if (distance > reach) d.setZero(), distance = 0;
-      canvas.discs.mark(i, j, static_cast<float>(surfel.center.z() + incline.rise(d)));
+      double rise = incline.rise(d), distance2 = d.squaredNorm() + rise * rise;
+      if (distance2 > reach * reach) {
+        // A disc smaller than its cell speaks for it from its own centre.
+        if (!is_home) continue;
+        d.setZero();
+        rise = distance2 = 0;
+      }
+      s.height = static_cast<float>(surfel.center.z() + rise);
+      canvas.discs.mark(i, j, s.height);
       if (!inside(i, j)) continue;
-      Support s;
-      incline.fill(d, s);
       s.cell = cell_in(i, j);
-      s.source = 2 * index;
-      s.reach = static_cast<float>(surfel.radius > 0 ? distance / surfel.radius : 0.0);
+      s.variance = static_cast<float>(incline.variance(d));
+      s.reach = static_cast<float>(std::sqrt(distance2) * per_radius);
       canvas.supports.push_back(s);
     }
   }

@@ -88,6 +88,7 @@ void choose_sites(const std::vector<PathPoint>& path, float fallback, const Rast
                   Tile& tile) {
   tile.sites.assign(kCells, Site{});
   std::vector<std::int32_t> sources;
+  sources.reserve(kCells);
   for (int cell = 0; cell < kCells; ++cell) {
     Site& site = tile.sites[static_cast<std::size_t>(cell)];
     site.reference = kNaN;
@@ -103,7 +104,7 @@ void choose_sites(const std::vector<PathPoint>& path, float fallback, const Rast
     const float along_path = path_height(path, options, tile);
     const float reference = along_path == along_path ? along_path : fallback;
     for (Site& site : tile.sites) site.reference = reference;
-  } else {
+  } else if (sources.size() < tile.sites.size()) {
     spread_references(sources, tile);
   }
   auto obstacle = tile.obstacles.begin();
@@ -122,6 +123,27 @@ void choose_sites(const std::vector<PathPoint>& path, float fallback, const Rast
     }
     for (; obstacle != tile.obstacles.end() && obstacle->cell == cell; ++obstacle) {
       touch(obstacle->low, obstacle->high, base, options, site);
+    }
+  }
+}
+
+void choose_again(const std::vector<PathPoint>& path, float fallback, const RasterOptions& options,
+                  Tile& tile) {
+  const std::vector<Site> old = std::move(tile.sites);
+  tile.sites.clear();
+  if (tile.has_evidence()) choose_sites(path, fallback, options, tile);
+  tile.changed = {};
+  // No site is as good as one that says nothing.
+  const auto nothing = [](const Site& s) { return !s.supported && !s.blocked && s.flags == 0; };
+  for (int cell = 0; cell < kCells; ++cell) {
+    const auto c = static_cast<std::size_t>(cell);
+    const bool stays = old.empty()          ? tile.sites.empty() || nothing(tile.sites[c])
+                       : tile.sites.empty() ? nothing(old[c])
+                                            : tile.sites[c].chosen_as(old[c]);
+    if (!stays) {
+      tile.changed.set(cell);
+    } else if (!old.empty() && !tile.sites.empty()) {
+      tile.sites[c] = old[c];
     }
   }
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include <lamina/grid/raster_shapes.hpp>
@@ -24,16 +25,12 @@ bool consistent(const Support& a, const Support& b) {
 // carries many), so that agreement does not make the variance smaller than the best one's.
 Support combine(std::span<const Support> level) {
   const auto is_core = [](const Support& s) { return s.reach <= 1.0F; };
-  const auto is_disc = [](const Support& s) { return !s.from_plane(); };
-  if (std::none_of(level.begin(), level.end(), is_core) &&
-      std::any_of(level.begin(), level.end(), is_disc)) {
-    return *std::min_element(level.begin(), level.end(),
-                             [](const Support& a, const Support& b) { return a.reach < b.reach; });
+  const Support* nearest = level.data();
+  for (const Support& s : level) {
+    if (s.reach < nearest->reach) nearest = &s;
   }
-  const bool discs =
-      is_core(*std::min_element(level.begin(), level.end(), [](const Support& a, const Support& b) {
-        return a.reach < b.reach;
-      }));
+  if (!is_core(*nearest) && !nearest->from_plane()) return *nearest;
+  const bool discs = is_core(*nearest);
   const Support* top = nullptr;  // levels ascend: the last is the highest
   for (const Support& s : level) {
     if (!discs || is_core(s)) top = &s;
@@ -172,9 +169,7 @@ void join_cells(int a, int b, const RasterOptions& options, const Tile& tile, Co
   }
 }
 
-}  // namespace
-
-void draw_evidence(const PlanarMap& map, const RasterOptions& options, Tile& tile) {
+void draw(const PlanarMap& map, const RasterOptions& options, Tile& tile) {
   tile.flags.fill(0);
   tile.obstacles.clear();
   Canvas canvas{tile, options, DiscDistance(options.resolution, options.plane_ring), {}, {}};
@@ -206,14 +201,6 @@ void draw_evidence(const PlanarMap& map, const RasterOptions& options, Tile& til
   merge_obstacles(tile.obstacles);
 }
 
-bool connects(const Level& a, const Level& b, const RasterOptions& options) {
-  const auto T = static_cast<float>(options.max_step);
-  const float d = std::abs(a.surface.height - b.surface.height);
-  if (d <= T) return true;
-  if (d > 2 * T) return false;
-  return (d - T) * (d - T) <= 4 * (a.surface.variance + b.surface.variance);
-}
-
 void label_components(const RasterOptions& options, Tile& tile) {
   Components all(tile.levels.size());
   for (int j = 0; j < kSide; ++j) {
@@ -237,6 +224,35 @@ void label_components(const RasterOptions& options, Tile& tile) {
   }
 }
 
+// Bit for bit.
+template <class T>
+bool same(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+static_assert(sizeof(Level) == 9 * 4 && sizeof(Obstacle) == 3 * 4);  // no gaps
+
+}  // namespace
+
+bool draw_evidence(const PlanarMap& map, const RasterOptions& options, Tile& tile) {
+  const auto flags = tile.flags;
+  const auto level_of = tile.level_of;
+  const std::vector<Level> levels = std::move(tile.levels);
+  const std::vector<Obstacle> obstacles = std::move(tile.obstacles);
+  draw(map, options, tile);
+  label_components(options, tile);
+  return !(flags == tile.flags && level_of == tile.level_of && same(levels, tile.levels) &&
+           same(obstacles, tile.obstacles));
+}
+
+bool connects(const Level& a, const Level& b, const RasterOptions& options) {
+  const auto T = static_cast<float>(options.max_step);
+  const float d = std::abs(a.surface.height - b.surface.height);
+  if (d <= T) return true;
+  if (d > 2 * T) return false;
+  return (d - T) * (d - T) <= 4 * (a.surface.variance + b.surface.variance);
+}
+
 void find_seeds(const std::vector<PathPoint>& path, const RasterOptions& options, Tile& tile) {
   const double r = options.resolution;
   const Eigen::Vector2d low(tile.first.i * r, tile.first.j * r);
@@ -248,18 +264,20 @@ void find_seeds(const std::vector<PathPoint>& path, const RasterOptions& options
   const auto to = [&](double a) {
     return std::min(steps, static_cast<int>(std::ceil((a + kSide * r) / kSeedSpacing)));
   };
+  const auto row_of = [r](double y) { return static_cast<int>(std::floor(y / r)); };
   tile.votes.clear();
   for (const std::int32_t k : tile.seeds) {
     const Eigen::Vector3d& body = path[static_cast<std::size_t>(k)].position_map;
     const Eigen::Vector2d offset = low - body.head<2>();
     Vote best{k, -1, std::numeric_limits<double>::infinity()};
     for (int v = from(offset.y()); v <= to(offset.y()); ++v) {
+      const int j = row_of(body.y() + kSeedSpacing * v) - tile.first.j;
+      if (j < 0 || j >= kSide) continue;
       for (int u = from(offset.x()); u <= to(offset.x()); ++u) {
-        const Eigen::Vector2d d = kSeedSpacing * Eigen::Vector2d(u, v);
-        const CellIndex c = cell_of(body.head<2>() + d, r);
-        const int i = c.i - tile.first.i, j = c.j - tile.first.j;
-        const double distance = d.norm();
-        if (i < 0 || j < 0 || i >= kSide || j >= kSide || distance > options.seed_radius) continue;
+        const double distance = kSeedSpacing * std::sqrt(static_cast<double>(u * u + v * v));
+        if (distance > options.seed_radius || 0.1 * distance >= best.score) continue;
+        const int i = row_of(body.x() + kSeedSpacing * u) - tile.first.i;
+        if (i < 0 || i >= kSide) continue;
         for (const Level& level : tile.levels_at(cell_in(i, j))) {
           const double dz = std::abs(static_cast<double>(level.surface.height) - body.z());
           if (dz > options.seed_tolerance + 0.1 * distance) continue;

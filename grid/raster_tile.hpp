@@ -3,16 +3,18 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
+#include <type_traits>
 #include <vector>
 
+#include <lamina/grid/raster_mask.hpp>
 #include <lamina/grid/rasterizer.hpp>
 
 namespace lamina::raster {
 
-constexpr int kSide = 32;  ///< cells; small, so that one frame touches little
-constexpr int kCells = kSide * kSide;
 constexpr double kSteepCosine = 0.5;  ///< |n.z| below: a wall, not a floor
 
 /// A surface seen from above, over the centre of a cell.
@@ -57,7 +59,13 @@ struct Site {
   // By the sites around (`look_around`).
   bool complete = true;  ///< something is known of all eight
   float step = 1;        ///< least probability that a step to one of them is at most T
+
+  /// The same but for what the sites around say.
+  bool chosen_as(const Site& other) const {
+    return std::memcmp(this, &other, offsetof(Site, complete)) == 0;
+  }
 };
+static_assert(std::is_trivially_copyable_v<Site> && offsetof(Site, complete) == 8 * 4 + 5);
 
 /// A link between components of neighbouring tiles.
 struct Link {
@@ -87,6 +95,7 @@ struct Tile {
   std::vector<Link> right, above;                     ///< to the tiles there
   Tile *right_tile = nullptr, *above_tile = nullptr;  ///< where the links lead
   std::vector<Site> sites;                            ///< kCells or none
+  CellMask changed, dirty;                            ///< sites; what to look at again
 
   // What the update under way has to do.
   bool redraw = false, reseed = false, rerefer = false, rechoose = false;
@@ -134,17 +143,20 @@ struct PathPoint {
   Eigen::Vector3d position_map = Eigen::Vector3d::Zero();
 };
 
-/// Steps 1: evidence of the tile to levels, obstacles, flags.
-void draw_evidence(const PlanarMap& map, const RasterOptions& options, Tile& tile);
-/// 2: components of its levels ...
-void label_components(const RasterOptions& options, Tile& tile);
-/// ... and which of them lies best under each pose of the path. `path` as for the tile's seeds.
+/// Steps 1 and 2: evidence of the tile to levels, obstacles, flags; components of its levels.
+/// False: all as it was.
+bool draw_evidence(const PlanarMap& map, const RasterOptions& options, Tile& tile);
+/// Which of them lies best under each pose of the path. `path` as for the tile's seeds.
 void find_seeds(const std::vector<PathPoint>& path, const RasterOptions& options, Tile& tile);
 /// May a robot's floor go on from one level to the other? Generous: twice T where noise is large.
 bool connects(const Level& a, const Level& b, const RasterOptions& options);
 /// 3: which level is the robot's, and what blocks. `path` as for the references of the tile;
 /// `fallback`: height of the floor where the path says nothing (NaN: none).
 void choose_sites(const std::vector<PathPoint>& path, float fallback, const RasterOptions& options,
+                  Tile& tile);
+/// As above, or no sites where nothing is known any more; sets `changed`. What the sites around say
+/// of the others stays.
+void choose_again(const std::vector<PathPoint>& path, float fallback, const RasterOptions& options,
                   Tile& tile);
 
 /// Sites of a tile and its neighbours by cell relative to the tile; nullptr: nothing there.
@@ -157,14 +169,33 @@ struct Neighbourhood {
     return &tile->sites[v % kSide * kSide + u % kSide];
   }
 };
+/// The sites around cell (i, j) of the middle tile.
+class SitesAround {
+ public:
+  /// None further than `reach` will be asked for.
+  SitesAround(const Neighbourhood& tiles, int i, int j, int reach) : tiles_(&tiles), i_(i), j_(j) {
+    const bool inside = std::min(i, j) >= reach && std::max(i, j) < kSide - reach;
+    if (inside) middle_ = tiles.at(i, j);
+  }
+  /// nullptr: nothing there.
+  const Site* at(int di, int dj) const {
+    return middle_ != nullptr ? middle_ + dj * kSide + di : tiles_->at(i_ + di, j_ + dj);
+  }
+
+ private:
+  const Neighbourhood* tiles_;
+  int i_, j_;
+  const Site* middle_ = nullptr;  // all lie in its tile
+};
 /// Cells beside an edge that are not called free.
 int edge_cells(const RasterOptions& options);
-/// 4: what the sites around say of a site of the middle tile.
-void look_around(const Neighbourhood& around, int i, int j, const RasterOptions& options,
-                 Site& site);
-/// 5: the layers of one cell of the middle tile, and what keeps it from a verdict. Neighbours must
-/// have looked around.
-NavigabilityCell verdict(const Neighbourhood& around, int i, int j, const RasterOptions& options,
+/// How far a verdict looks, cells.
+inline int verdict_reach(const RasterOptions& options) { return std::max(2, edge_cells(options)); }
+/// 4: what the sites around, one away, say of a site.
+void look_around(const SitesAround& around, const RasterOptions& options, Site& site);
+/// 5: the layers of one cell, and what keeps it from a verdict. Sites up to `verdict_reach` away
+/// must have looked around.
+NavigabilityCell verdict(const SitesAround& around, const RasterOptions& options,
                          Doubt* doubt = nullptr);
 
 }  // namespace lamina::raster

@@ -59,11 +59,11 @@ float slope_probability(const Site& site, float slope, const RasterOptions& opti
 }
 
 // Floor seen on all sides of an edge, without a step, says that there is none (any more).
-bool refuted(const Neighbourhood& around, int i, int j, const RasterOptions& options) {
-  const Site* site = around.at(i, j);
+bool refuted(const SitesAround& around, const RasterOptions& options) {
+  const Site* site = around.at(0, 0);
   for (int dj = -2; dj <= 2; ++dj) {
     for (int di = -2; di <= 2; ++di) {
-      const Site* other = around.at(i + di, j + dj);
+      const Site* other = around.at(di, dj);
       if (other == nullptr || !other->supported ||
           (other->source % 2 != 0) ||  // a plane's fill saw nothing here itself
           std::abs(other->height - site->height) > 2 * static_cast<float>(options.max_step)) {
@@ -76,10 +76,10 @@ bool refuted(const Neighbourhood& around, int i, int j, const RasterOptions& opt
 
 // Between things not three cells apart: the inside of a thin wall more often than a gap, and
 // nothing for a robot either way.
-bool squeezed(const Neighbourhood& around, int i, int j) {
+bool squeezed(const SitesAround& around) {
   const auto solid = [&](int di, int dj) {
     for (int k = 1; k <= 2; ++k) {
-      const Site* other = around.at(i + k * di, j + k * dj);
+      const Site* other = around.at(k * di, k * dj);
       if (other != nullptr && other->blocked) return true;
     }
     return false;
@@ -92,12 +92,12 @@ bool squeezed(const Neighbourhood& around, int i, int j) {
 }
 
 // Where an edge lies is known to a margin: what is that near to one is not free either.
-bool beside_step(const Neighbourhood& around, int i, int j, const RasterOptions& options) {
+bool beside_step(const SitesAround& around, const RasterOptions& options) {
   const int reach = edge_cells(options);
   const auto blocked = static_cast<float>(1 - options.min_probability);
   for (int dj = -reach; dj <= reach; ++dj) {
     for (int di = -reach; di <= reach; ++di) {
-      const Site* other = around.at(i + di, j + dj);
+      const Site* other = around.at(di, dj);
       if (other != nullptr && other->supported && other->step <= blocked) return true;
     }
   }
@@ -125,8 +125,7 @@ int edge_cells(const RasterOptions& options) {
   return static_cast<int>(std::lround(std::min(options.edge_margin / options.resolution, kMost)));
 }
 
-void look_around(const Neighbourhood& around, int i, int j, const RasterOptions& options,
-                 Site& site) {
+void look_around(const SitesAround& around, const RasterOptions& options, Site& site) {
   const auto r = static_cast<float>(options.resolution), T = static_cast<float>(options.max_step);
   site.complete = true;
   site.step = 1;
@@ -134,7 +133,7 @@ void look_around(const Neighbourhood& around, int i, int j, const RasterOptions&
   for (int dj = -1; dj <= 1; ++dj) {
     for (int di = -1; di <= 1; ++di) {
       if (di == 0 && dj == 0) continue;
-      const Site* other = around.at(i + di, j + dj);
+      const Site* other = around.at(di, dj);
       if (other == nullptr || (!other->supported && !other->blocked)) {
         site.complete = false;
         continue;
@@ -147,20 +146,19 @@ void look_around(const Neighbourhood& around, int i, int j, const RasterOptions&
   }
 }
 
-NavigabilityCell verdict(const Neighbourhood& around, int i, int j, const RasterOptions& options,
-                         Doubt* doubt) {
+NavigabilityCell verdict(const SitesAround& around, const RasterOptions& options, Doubt* doubt) {
   Doubt ignored;
   Doubt& why = doubt != nullptr ? *doubt : ignored;
   why = Doubt::kNotSeen;
   NavigabilityCell cell;
-  const Site* site = around.at(i, j);
+  const Site* site = around.at(0, 0);
   if (site == nullptr) return cell;
   const auto there = static_cast<float>(options.obstacle_confidence);
   if (site->supported || site->blocked) cell.height = site->top;
   const float slope = std::atan(std::hypot(site->slope_x, site->slope_y));
   if (site->supported) cell.slope = slope;
   if (site->blocked) return why = Doubt::kNone, never(cell, there);
-  const bool edge = site->flags != 0 && !(site->supported && refuted(around, i, j, options));
+  const bool edge = site->flags != 0 && !(site->supported && refuted(around, options));
   if (edge && (site->flags & kRim) != 0) return why = Doubt::kNone, never(cell, there);
   if (!site->supported) return cell;
   why = Doubt::kNone;
@@ -174,13 +172,13 @@ NavigabilityCell verdict(const Neighbourhood& around, int i, int j, const Raster
   const float p = std::min(site->step, level);
   const auto sure = static_cast<float>(options.min_probability);
   if (p <= 1 - sure) return never(cell, 1 - p);
-  why = edge                                 ? Doubt::kEdge
-        : !site->complete                    ? Doubt::kNeighbourNotSeen
-        : site->step < sure                  ? Doubt::kStep
-        : level < sure                       ? Doubt::kSlope
-        : beside_step(around, i, j, options) ? Doubt::kBesideStep
-        : squeezed(around, i, j)             ? Doubt::kSqueezed
-                                             : Doubt::kNone;
+  why = edge                           ? Doubt::kEdge
+        : !site->complete              ? Doubt::kNeighbourNotSeen
+        : site->step < sure            ? Doubt::kStep
+        : level < sure                 ? Doubt::kSlope
+        : beside_step(around, options) ? Doubt::kBesideStep
+        : squeezed(around)             ? Doubt::kSqueezed
+                                       : Doubt::kNone;
   if (why != Doubt::kNone) return cell;
   cell.navigability = factor(*site, slope, options);
   cell.confidence = p;

@@ -46,10 +46,9 @@ struct Rasterizer::State {
   void spread(const std::vector<Tile*>& floors, Components& all, const std::vector<char>& reached);
   void choose_again(Tile& tile);
   void judge();
-  void around_changed(const std::vector<TileKey>& changed, int margin,
-                      void (State::*what)(const TileKey&, int, int, int, int));
-  void look(const TileKey& key, int i0, int j0, int i1, int j1);
-  void judge(const TileKey& key, int i0, int j0, int i1, int j1);
+  void around_changed(const std::vector<Tile*>& changed, int margin, void (State::*what)(Tile&));
+  void look(Tile& tile);
+  void judge(Tile& tile);
   Neighbourhood neighbourhood(const TileKey& key) const;
   void write(const CellIndex& c, const NavigabilityCell& cell);
 };
@@ -75,13 +74,14 @@ void Rasterizer::State::draw(const PlanarMap& map) {
 }
 
 void Rasterizer::State::draw(const PlanarMap& map, Tile& tile, std::vector<TileKey>& linked) {
-  tile.reseed = tile.rechoose = true;
   if (!tile.has_evidence() && tile.sites.empty()) return;
   const std::int32_t components = tile.components;
-  draw_evidence(map, options, tile);
-  label_components(options, tile);
-  joined_anew = joined_anew || tile.components != components;
+  const bool changed = draw_evidence(map, options, tile);
   ++drawn;
+  tile.rechoose = tile.rechoose || changed || !tile.has_evidence();
+  if (!changed) return;
+  tile.reseed = true;
+  joined_anew = joined_anew || tile.components != components;
   const TileKey key = key_of(tile);
   linked.insert(linked.end(), {key, {key.first, key.second - 1}, {key.first - 1, key.second}});
 }
@@ -272,53 +272,47 @@ Neighbourhood Rasterizer::State::neighbourhood(const TileKey& key) const {
   return around;
 }
 
-void Rasterizer::State::look(const TileKey& key, int i0, int j0, int i1, int j1) {
-  const Neighbourhood around = neighbourhood(key);
-  Tile& tile = *tile_at(key, 0, 0);
+void Rasterizer::State::look(Tile& tile) {
   if (tile.sites.empty()) return;
-  for (int j = j0; j < j1; ++j) {
-    for (int i = i0; i < i1; ++i) {
-      look_around(around, i, j, options, tile.sites[static_cast<std::size_t>(cell_in(i, j))]);
-    }
-  }
+  const Neighbourhood around = neighbourhood(key_of(tile));
+  tile.dirty.for_each([&](int i, int j) {
+    look_around({around, i, j, 1}, options, tile.sites[static_cast<std::size_t>(cell_in(i, j))]);
+  });
 }
 
-void Rasterizer::State::judge(const TileKey& key, int i0, int j0, int i1, int j1) {
-  const Neighbourhood around = neighbourhood(key);
-  const CellIndex first{key.second * kSide, key.first * kSide};
-  for (int j = j0; j < j1; ++j) {
-    for (int i = i0; i < i1; ++i) {
-      write({first.i + i, first.j + j}, verdict(around, i, j, options));
-    }
-  }
+void Rasterizer::State::judge(Tile& tile) {
+  const Neighbourhood around = neighbourhood(key_of(tile));
+  const int reach = verdict_reach(options);
+  tile.dirty.for_each([&](int i, int j) {
+    write({tile.first.i + i, tile.first.j + j}, verdict({around, i, j, reach}, options));
+  });
 }
 
-// The tiles, and `margin` cells of those beside them.
-void Rasterizer::State::around_changed(const std::vector<TileKey>& changed, int margin,
-                                       void (State::*what)(const TileKey&, int, int, int, int)) {
-  const auto strip = [margin](int d) {
-    return d < 0   ? std::pair(kSide - margin, kSide)
-           : d > 0 ? std::pair(0, margin)
-                   : std::pair(0, kSide);
-  };
-  for (const TileKey& key : changed) {
-    (this->*what)(key, 0, 0, kSide, kSide);
-    for (int dj = -1; dj <= 1; ++dj) {
-      for (int di = -1; di <= 1; ++di) {
-        const Tile* tile = tile_at(key, di, dj);
-        if (tile == nullptr || tile->sites.empty() || tile->rechoose) continue;
-        const auto [i0, i1] = strip(di);
-        const auto [j0, j1] = strip(dj);
-        (this->*what)({key.first + dj, key.second + di}, i0, j0, i1, j1);
-      }
+// The cells that changed, and `margin` cells around them.
+void Rasterizer::State::around_changed(const std::vector<Tile*>& changed, int margin,
+                                       void (State::*what)(Tile&)) {
+  std::vector<Tile*> touched;
+  for (Tile* tile : changed) {
+    const TileKey key = key_of(*tile);
+    const std::array<CellMask, 9> masks = grown(tile->changed, margin);
+    for (std::size_t k = 0; k < masks.size(); ++k) {
+      Tile* other =
+          k == 4 ? tile : tile_at(key, static_cast<int>(k % 3) - 1, static_cast<int>(k / 3) - 1);
+      if (other == nullptr || (other != tile && other->sites.empty()) || !masks[k].any()) continue;
+      if (!other->dirty.any()) touched.push_back(other);
+      other->dirty |= masks[k];
     }
+  }
+  for (Tile* tile : touched) {
+    (this->*what)(*tile);
+    tile->dirty = {};
   }
 }
 
 // A verdict looks two cells around, or as far as edges matter, at what these know of those beside
 // them.
 void Rasterizer::State::judge() {
-  std::vector<TileKey> changed;
+  std::vector<Tile*> changed;
   for (Tile* tile : book.marked) {
     // The path's height matters where no floor is connected to it.
     const bool lost =
@@ -326,12 +320,8 @@ void Rasterizer::State::judge() {
     tile->rechoose = tile->rechoose || (tile->rerefer && lost);
     if (!tile->rechoose) continue;
     if (!tile->has_evidence() && tile->sites.empty()) continue;
-    if (tile->has_evidence()) {
-      choose_sites(book.references, fallback, options, *tile);
-    } else {
-      tile->sites.clear();
-    }
-    changed.push_back(key_of(*tile));
+    raster::choose_again(book.references, fallback, options, *tile);
+    if (tile->changed.any()) changed.push_back(tile);
   }
   around_changed(changed, 1, &State::look);
   around_changed(changed, std::max(2, edge_cells(options) + 1), &State::judge);
@@ -371,8 +361,9 @@ Doubt Rasterizer::doubt(const CellIndex& cell) const {
   const auto tile = [](std::int32_t x) { return (x - (x < 0 ? kSide - 1 : 0)) / kSide; };
   const TileKey key{tile(cell.j), tile(cell.i)};
   Doubt doubt = Doubt::kNotSeen;
-  verdict(state_->neighbourhood(key), cell.i - key.second * kSide, cell.j - key.first * kSide,
-          state_->options, &doubt);
+  const Neighbourhood around = state_->neighbourhood(key);
+  const int i = cell.i - key.second * kSide, j = cell.j - key.first * kSide;
+  verdict({around, i, j, verdict_reach(state_->options)}, state_->options, &doubt);
   return doubt;
 }
 bool Rasterizer::floor_seen() const { return state_->floor_seen; }
