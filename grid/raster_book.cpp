@@ -57,6 +57,7 @@ Book::Item Book::item(const Surfel& s) const {
   d.add(s.normal);
   d.add(s.radius);
   d.add(s.covariance);
+  d.add(static_cast<double>(s.parent_plane));
   result.digest = d.value;
   return result;
 }
@@ -64,6 +65,7 @@ Book::Item Book::item(const Surfel& s) const {
 Book::Item Book::item(const MapPlane& plane) const {
   Eigen::Vector2d low(1e300, 1e300), high(-1e300, -1e300);
   Digest d;
+  d.add(static_cast<double>(plane.id));
   d.add(plane.plane_map.normal());
   d.add(plane.plane_map.rho());
   d.add(plane.centroid_map);

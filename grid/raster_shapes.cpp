@@ -35,6 +35,7 @@ struct Incline {
     squares_x = form(0, 0), squares_y = form(1, 1), product = form(0, 1) + form(1, 0);
     common.slope_x = static_cast<float>(gradient.x());
     common.slope_y = static_cast<float>(gradient.y());
+    common.trend = Trend::of(gradient);
     common.tilt_variance = static_cast<float>(std::max(0.0, S(0, 0) + S(1, 1)) / (nz2 * nz2));
   }
   double rise(const Eigen::Vector2d& d) const { return gradient.dot(d); }
@@ -44,6 +45,29 @@ struct Incline {
     return std::max(0.0, v);
   }
 };
+
+// visit(i, j, offset from the disc's centre, rise) for cells whose centres the disc lies over. A
+// disc smaller than its cell speaks for it from its own centre.
+template <class Visit>
+void each_cell(const Surfel& surfel, double reach, const Canvas& canvas, Visit&& visit) {
+  const double r = canvas.options.resolution;
+  const Eigen::Vector2d middle = surfel.center.head<2>();
+  const Eigen::Vector2d gradient = -surfel.normal.head<2>() / surfel.normal.z();
+  const CellIndex home = cell_of(middle, r), &first = canvas.tile.first;
+  const CellIndex low = cell_of(middle.array() - reach, r),
+                  high = cell_of(middle.array() + reach, r);
+  for (int j = low.j; j <= high.j; ++j) {
+    for (int i = low.i; i <= high.i; ++i) {
+      const Eigen::Vector2d d = center_of({i, j}, r) - middle;
+      const double rise = gradient.dot(d);
+      if (d.squaredNorm() + rise * rise <= reach * reach) {
+        visit(i - first.i, j - first.j, d, rise);
+      } else if (i == home.i && j == home.j) {
+        visit(i - first.i, j - first.j, Eigen::Vector2d::Zero().eval(), 0.0);
+      }
+    }
+  }
+}
 
 // Where the line y = `at` (x = `at` with Axis 0) meets a closed outline, ascending pairs.
 template <int Axis>
@@ -77,7 +101,9 @@ bool fills(const Support& s, int i, int j, const Canvas& canvas) {
   if (disc.distance > canvas.options.plane_ring) return true;
   const bool same =
       std::abs(disc.height - s.height) <= static_cast<float>(canvas.options.level_gap);
-  return !same || disc.walked <= canvas.options.plane_gap;
+  if (!same || disc.walked <= canvas.options.plane_gap) return true;
+  return disc.walked <= canvas.options.wall_gap &&
+         canvas.discs.wall_near(i, j, canvas.options.wall_near, s.height);
 }
 
 void fill_outline(const std::vector<Eigen::Vector2d>& outline, const Incline& incline,
@@ -200,6 +226,8 @@ void DiscDistance::wall(int i, int j, float low, float high) {
 }
 
 void DiscDistance::spread(float low, float high) {
+  low_ = low;
+  high_ = high;
   if (walls_) {
     walked_ = distance_;
     walked_height_ = height_;
@@ -268,6 +296,17 @@ void DiscDistance::spread(std::vector<float>& distance, std::vector<float>& heig
   }
 }
 
+bool DiscDistance::wall_near(int i, int j, double reach, float floor) const {
+  if (!walls_) return false;
+  const int n = static_cast<int>(reach / resolution_ + 1e-9);
+  for (int v = std::max(j - n, -margin_); v <= std::min(j + n, kSide + margin_ - 1); ++v) {
+    for (int u = std::max(i - n, -margin_); u <= std::min(i + n, kSide + margin_ - 1); ++u) {
+      if (stands(index(u, v), floor, low_, high_)) return true;
+    }
+  }
+  return false;
+}
+
 DiscDistance::Nearest DiscDistance::at(int i, int j) const {
   const std::size_t k = index(i, j);
   const double distance = static_cast<double>(distance_[k]) * resolution_;
@@ -286,38 +325,35 @@ void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas) {
                  canvas);
     return;
   }
-  const Incline incline(surfel.center, surfel.normal, surfel.covariance);
   const Eigen::Vector2d middle = surfel.center.head<2>();
-  const CellIndex home = cell_of(middle, r), &first = canvas.tile.first;
-  const CellIndex low = cell_of(middle.array() - reach, r),
+  const CellIndex &first = canvas.tile.first, low = cell_of(middle.array() - reach, r),
                   high = cell_of(middle.array() + reach, r);
+  const bool outside =
+      high.i < first.i || high.j < first.j || low.i >= first.i + kSide || low.j >= first.j + kSide;
+  if (outside) {  // it only tells how far the nearest one is
+    each_cell(surfel, reach, canvas, [&](int i, int j, const Eigen::Vector2d&, double rise) {
+      canvas.discs.mark(i, j, static_cast<float>(surfel.center.z() + rise));
+    });
+    return;
+  }
+  const Incline incline(surfel.center, surfel.normal, surfel.covariance);
   Support s = incline.common;
   s.source = 2 * index;
+  if (surfel.parent_plane >= 0) s.trend = canvas.trends.of(surfel.parent_plane, s.trend);
   const double per_radius = surfel.radius > 0 ? 1 / surfel.radius : 0.0;
-  for (int j = low.j - first.j; j <= high.j - first.j; ++j) {
-    for (int i = low.i - first.i; i <= high.i - first.i; ++i) {
-      const bool is_home = i == home.i - first.i && j == home.j - first.j;
-      Eigen::Vector2d d = canvas.center(i, j) - middle;
-      double rise = incline.rise(d), distance2 = d.squaredNorm() + rise * rise;
-      if (distance2 > reach * reach) {
-        // A disc smaller than its cell speaks for it from its own centre.
-        if (!is_home) continue;
-        d.setZero();
-        rise = distance2 = 0;
-      }
-      s.height = static_cast<float>(surfel.center.z() + rise);
-      canvas.discs.mark(i, j, s.height);
-      if (!inside(i, j)) continue;
-      s.cell = cell_in(i, j);
-      s.variance = static_cast<float>(incline.variance(d));
-      s.reach = static_cast<float>(std::sqrt(distance2) * per_radius);
-      canvas.supports.push_back(s);
-    }
-  }
+  each_cell(surfel, reach, canvas, [&](int i, int j, const Eigen::Vector2d& d, double rise) {
+    s.height = static_cast<float>(surfel.center.z() + rise);
+    canvas.discs.mark(i, j, s.height);
+    if (!inside(i, j)) return;
+    s.cell = cell_in(i, j);
+    s.variance = static_cast<float>(incline.variance(d));
+    s.reach = static_cast<float>(std::sqrt(d.squaredNorm() + rise * rise) * per_radius);
+    canvas.supports.push_back(s);
+  });
 }
 
 double wall_reach(const RasterOptions& options) {
-  return options.plane_gap + options.resolution + kAstride;
+  return std::max(options.wall_gap + kAstride, options.wall_near) + options.resolution;
 }
 
 void draw_walls(const MapPlane& plane, Canvas& canvas) {

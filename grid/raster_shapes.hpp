@@ -1,6 +1,9 @@
 // Scan conversion of discs and outlines into a tile: internal to the rasterizer.
 #pragma once
 
+#include <utility>
+#include <vector>
+
 #include <lamina/grid/raster_tile.hpp>
 
 namespace lamina::raster {
@@ -20,6 +23,8 @@ class DiscDistance {
     float height = 0;     ///< of the disc nearest by that way; of the other where there is none
   };
   Nearest at(int i, int j) const;
+  /// Does a wall stand, in the robot's height above `floor`, within so much of the cell?
+  bool wall_near(int i, int j, double reach, float floor) const;
 
  private:
   std::size_t index(int i, int j) const {
@@ -35,6 +40,7 @@ class DiscDistance {
   std::vector<float> walked_, walked_height_;
   std::vector<float> wall_low_, wall_high_;  // m, map z; none: high below low
   bool walls_ = false;
+  float low_ = 0, high_ = 0;  // of the robot's height
 };
 
 /// How well planes tell the floor around a tile, by their own surfels there. A plane's covariance
@@ -63,11 +69,31 @@ class LocalOffsets {
   std::vector<const Surfel*> surfels_;  // ascending by parent
 };
 
+/// Slopes of the planes of a tile, by their ids.
+class Trends {
+ public:
+  void add(const MapPlane& plane) {
+    const Eigen::Vector3d& n = plane.plane_map.normal();
+    trends_.emplace_back(plane.id, Trend::of(-n.head<2>() / n.z()));
+  }
+  /// Of a plane; `own` where it is not among them.
+  Trend of(std::int64_t id, Trend own) const {
+    for (const auto& [plane, trend] : trends_) {
+      if (plane == id) return trend;
+    }
+    return own;
+  }
+
+ private:
+  std::vector<std::pair<std::int64_t, Trend>> trends_;
+};
+
 struct Canvas {
   Tile& tile;
   const RasterOptions& options;
   DiscDistance discs;
   LocalOffsets offsets;
+  Trends trends;
   std::vector<Support> supports;
 
   Eigen::Vector2d center(int i, int j) const {

@@ -53,6 +53,7 @@ void take(const Level& level, bool reached, Site& site) {
   site.slope_y = s.slope_y;
   site.tilt_variance = s.tilt_variance;
   site.source = s.source;
+  site.trend = s.trend;
   site.supported = true;
   site.reached = reached;
   if (reached) site.reference = s.height;

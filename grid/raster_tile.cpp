@@ -172,7 +172,11 @@ void join_cells(int a, int b, const RasterOptions& options, const Tile& tile, Co
 void draw(const PlanarMap& map, const RasterOptions& options, Tile& tile) {
   tile.flags.fill(0);
   tile.obstacles.clear();
-  Canvas canvas{tile, options, DiscDistance(options.resolution, options.plane_ring), {}, {}};
+  Canvas canvas{tile, options, DiscDistance(options.resolution, options.plane_ring), {}, {}, {}};
+  for (const std::int32_t k : tile.planes) {
+    const MapPlane& plane = map.planes[static_cast<std::size_t>(k)];
+    if (!is_steep(plane)) canvas.trends.add(plane);
+  }
   for (const std::int32_t k : tile.surfels) {
     const Surfel& surfel = map.surfels[static_cast<std::size_t>(k)];
     draw_disc(surfel, k, canvas);
@@ -230,7 +234,7 @@ bool same(const std::vector<T>& a, const std::vector<T>& b) {
   return a.size() == b.size() &&
          (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
 }
-static_assert(sizeof(Level) == 9 * 4 && sizeof(Obstacle) == 3 * 4);  // no gaps
+static_assert(sizeof(Level) == 10 * 4 && sizeof(Obstacle) == 3 * 4);  // no gaps
 
 }  // namespace
 

@@ -17,6 +17,19 @@ namespace lamina::raster {
 
 constexpr double kSteepCosine = 0.5;  ///< |n.z| below: a wall, not a floor
 
+/// Slopes of a plane in small.
+struct Trend {
+  static constexpr float kUnit = 1e-4F;  ///< m per m; steeper than 3.2 is no floor
+  std::int16_t x = 0, y = 0;
+  static Trend of(const Eigen::Vector2d& gradient) {
+    const auto small = [](double slope) {
+      return static_cast<std::int16_t>(
+          std::clamp(slope / static_cast<double>(kUnit), -32767.0, 32767.0));
+    };
+    return {small(gradient.x()), small(gradient.y())};
+  }
+};
+
 /// A surface seen from above, over the centre of a cell.
 struct Support {
   std::int32_t cell = 0;
@@ -26,6 +39,7 @@ struct Support {
   float slope_x = 0, slope_y = 0;
   float tilt_variance = 0;  ///< of the slope, any direction
   float reach = 0;          ///< distance from the disc's centre in radii; planes: kPlaneReach
+  Trend trend;              ///< of the plane it is of; its own where it is of none
 
   static constexpr float kPlaneReach = 1e6F;
   bool from_plane() const { return reach == kPlaneReach; }
@@ -51,6 +65,7 @@ struct Site {
   float reference = 0;  ///< height of the floor the robot would come from
   float top = 0;        ///< highest thing a robot would touch
   std::int32_t source = 0;
+  Trend trend;
   bool supported = false;      ///< there is a surface
   bool blocked = false;        ///< something solid within the robot's height
   bool reached = false;        ///< the surface is connected to the path
@@ -65,7 +80,7 @@ struct Site {
     return std::memcmp(this, &other, offsetof(Site, complete)) == 0;
   }
 };
-static_assert(std::is_trivially_copyable_v<Site> && offsetof(Site, complete) == 8 * 4 + 5);
+static_assert(std::is_trivially_copyable_v<Site> && offsetof(Site, complete) == 9 * 4 + 5);
 
 /// A link between components of neighbouring tiles.
 struct Link {
@@ -189,8 +204,12 @@ class SitesAround {
 };
 /// Cells beside an edge that are not called free.
 int edge_cells(const RasterOptions& options);
+/// Half a patch.
+int patch_cells(const RasterOptions& options);
 /// How far a verdict looks, cells.
-inline int verdict_reach(const RasterOptions& options) { return std::max(2, edge_cells(options)); }
+inline int verdict_reach(const RasterOptions& options) {
+  return std::max({2, edge_cells(options), patch_cells(options)});
+}
 /// 4: what the sites around, one away, say of a site.
 void look_around(const SitesAround& around, const RasterOptions& options, Site& site);
 /// 5: the layers of one cell, and what keeps it from a verdict. Sites up to `verdict_reach` away

@@ -9,9 +9,10 @@
 namespace lamina::raster {
 namespace {
 
-constexpr float kSure = 5;          // sigma: beyond, probabilities are 0 or 1
-constexpr float kLow = 0.12F;       // m: higher things stand there, they are no steps
-constexpr float kRounding = 1e-6F;  // m, of heights in float: a step of exactly T is one
+constexpr float kSure = 5;           // sigma: beyond, probabilities are 0 or 1
+constexpr float kLow = 0.12F;        // m: higher things stand there, they are no steps
+constexpr double kMost = kSide / 4;  // cells, whatever the resolution: a tile's neighbours must do
+constexpr float kRounding = 1e-6F;   // m, of heights in float: a step of exactly T is one
 
 // Of the standard normal from -kSure to kSure, read off a table to 3e-6: a sixth of all time went
 // into the error function.
@@ -65,7 +66,8 @@ bool refuted(const SitesAround& around, const RasterOptions& options) {
     for (int di = -2; di <= 2; ++di) {
       const Site* other = around.at(di, dj);
       if (other == nullptr || !other->supported ||
-          (other->source % 2 != 0) ||  // a plane's fill saw nothing here itself
+          // A plane's fill saw nothing here itself.
+          (other->source % 2 != 0 && std::max(std::abs(di), std::abs(dj)) < 2) ||
           std::abs(other->height - site->height) > 2 * static_cast<float>(options.max_step)) {
         return false;
       }
@@ -104,6 +106,32 @@ bool beside_step(const SitesAround& around, const RasterOptions& options) {
   return false;
 }
 
+// Surfels are made of patches: of one that lies astride a step the points of both sides are
+// levelled out, and a step looks like a ramp of that length. What rises by more than T within it,
+// beyond doubt and beyond what the planes of the two say that it should, may be one.
+bool hidden_step(const SitesAround& around, const RasterOptions& options) {
+  const int reach = patch_cells(options);
+  const Site* site = around.at(0, 0);
+  const Site *low = site, *high = site;
+  int i = 0, j = 0, u = 0, v = 0;  // theirs
+  for (int dj = -reach; dj <= reach; ++dj) {
+    for (int di = -reach; di <= reach; ++di) {
+      const Site* other = around.at(di, dj);
+      if (other == nullptr || !other->supported || other->surface_above) continue;
+      if (std::abs(other->height - site->height) > kLow) continue;
+      if (other->height < low->height) low = other, i = di, j = dj;
+      if (other->height > high->height) high = other, u = di, v = dj;
+    }
+  }
+  const float rise = high->height - low->height, T = static_cast<float>(options.max_step);
+  if (rise <= T + kRounding) return false;
+  const float half = 0.5F * static_cast<float>(options.resolution) * Trend::kUnit;
+  const float expected = half * static_cast<float>((low->trend.x + high->trend.x) * (u - i) +
+                                                   (low->trend.y + high->trend.y) * (v - j));
+  const float beyond = rise - std::clamp(expected, 0.0F, rise) - T - kRounding;
+  return beyond > 0 && beyond * beyond > low->variance + high->variance;
+}
+
 float factor(const Site& site, float slope, const RasterOptions& options) {
   const float rise = (site.height - site.reference) / static_cast<float>(options.robot_height);
   const auto steep = static_cast<float>(options.steep_slope);
@@ -121,8 +149,12 @@ NavigabilityCell never(NavigabilityCell cell, float confidence) {
 }  // namespace
 
 int edge_cells(const RasterOptions& options) {
-  constexpr double kMost = kSide / 4;  // whatever the resolution: a tile's neighbours must do
   return static_cast<int>(std::lround(std::min(options.edge_margin / options.resolution, kMost)));
+}
+
+int patch_cells(const RasterOptions& options) {
+  return static_cast<int>(
+      std::lround(std::min(0.5 * options.patch_size / options.resolution, kMost)));
 }
 
 void look_around(const SitesAround& around, const RasterOptions& options, Site& site) {
@@ -177,6 +209,7 @@ NavigabilityCell verdict(const SitesAround& around, const RasterOptions& options
         : site->step < sure            ? Doubt::kStep
         : level < sure                 ? Doubt::kSlope
         : beside_step(around, options) ? Doubt::kBesideStep
+        : hidden_step(around, options) ? Doubt::kHiddenStep
         : squeezed(around)             ? Doubt::kSqueezed
                                        : Doubt::kNone;
   if (why != Doubt::kNone) return cell;

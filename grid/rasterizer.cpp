@@ -324,7 +324,7 @@ void Rasterizer::State::judge() {
     if (tile->changed.any()) changed.push_back(tile);
   }
   around_changed(changed, 1, &State::look);
-  around_changed(changed, std::max(2, edge_cells(options) + 1), &State::judge);
+  around_changed(changed, std::max(verdict_reach(options), edge_cells(options) + 1), &State::judge);
   for (Tile* tile : book.marked) {
     tile->redraw = tile->reseed = tile->rerefer = tile->rechoose = tile->waiting = false;
   }

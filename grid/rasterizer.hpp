@@ -34,9 +34,17 @@ struct RasterOptions {
   double edge_margin = 0.05;
   double level_gap = 0.15;  ///< m: surfaces at one place closer than this are one floor; the higher
                             ///< one counts. Less than a stair's riser, more than a doorstep.
-  double plane_gap = 0.15;  ///< m: a plane fills gaps of its surfels this far from them ...
-  double plane_ring = 0.3;  ///< m: ... and nothing more up to here: outlines do not tell holes, but
-                            ///< a plane that was looked at has surfels where it is
+  /// m, side of the patches that surfels are made of. A rise of more than max_step within it, which
+  /// no plane explains, may be a step that a patch lies astride: such cells are not called free.
+  double patch_size = 0.2;
+  double plane_gap = 0.075;  ///< m: a plane fills gaps of its surfels this far from them: one of
+                             ///< their squares (0.1 m) that has none. What is larger was looked
+                             ///< at, and was no floor ...
+  double wall_gap = 0.15;   ///< m: ... but this far where a wall stands near: its foot is no floor,
+                            ///< and takes pixels of the floor beside it along
+  double wall_near = 0.2;   ///< m
+  double plane_ring = 0.3;  ///< m: nothing more is filled up to here: outlines do not tell holes,
+                            ///< but a plane that was looked at has surfels where it is
   double seed_radius = 2.0;      ///< m around the path where floor is looked for: cameras see the
                                  ///< ground from a metre ahead on
   double seed_tolerance = 0.1;   ///< m plus a tenth of the distance from the path: how far that
@@ -59,6 +67,7 @@ enum class Doubt {
   kEdge,              ///< an end of knowledge is marked there
   kNeighbourNotSeen,  ///< a cell beside it was not seen
   kStep,              ///< the height of a cell beside it, or its own, is not sure enough
+  kHiddenStep,        ///< the floor rises by more than a step within the size of a patch
   kSlope,             ///< its slope is not
   kBesideStep,  ///< beside a cell that a step blocks: nobody knows where exactly its edge lies
   kSqueezed,    ///< between solid things

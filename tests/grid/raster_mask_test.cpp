@@ -38,9 +38,8 @@ TEST(CellMask, GrowsAsCellByCell) {
       std::set<std::pair<int, int>> seen;
       const auto masks = grown(mask, margin);
       for (int k = 0; k < 9; ++k) {
-        masks[static_cast<std::size_t>(k)].for_each([&](int i, int j) {
-          seen.emplace(i + kSide * (k % 3 - 1), j + kSide * (k / 3 - 1));
-        });
+        masks[static_cast<std::size_t>(k)].for_each(
+            [&](int i, int j) { seen.emplace(i + kSide * (k % 3 - 1), j + kSide * (k / 3 - 1)); });
       }
       EXPECT_EQ(seen, expected) << margin << " " << count;
     }

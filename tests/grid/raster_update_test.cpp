@@ -91,6 +91,26 @@ TEST(RasterHoles, APlankOverAPitMakesItFreeAgain) {
   EXPECT_EQ(differences(rasterizer.grid(), rasterize(map)), 0);
 }
 
+// A rim where floor is seen on all sides is none; one beside a square that nobody saw stays,
+// whatever the floor's plane fills.
+TEST(RasterHoles, ARimAmidSeenFloorIsNoneOneBesideAGapStays) {
+  const auto at_rim = [](double gap_x) {
+    PlanarMap map;
+    test::add_path(map, {-1.9, 0, 0}, {-1.5, 0, 0});
+    test::add_floor(map, {-2, -1}, {1, 1}, flat);
+    std::erase_if(map.surfels, [gap_x](const Surfel& s) {
+      return (s.center.head<2>() - Eigen::Vector2d(gap_x, 0.05)).norm() < 0.01;
+    });
+    test::add_plate(map, {-2, -1}, {1, 1}, 0, true);
+    map.edges.push_back({{0.025, 0.025, 0}, 0.01, true});
+    return test::at(rasterize(map), 0.025, 0.025).navigability;
+  };
+  EXPECT_EQ(at_rim(0.55), 1.0F);
+  EXPECT_EQ(at_rim(0.15), 1.0F) << "two cells away";
+  EXPECT_EQ(at_rim(-0.05), 0.0F) << "beside it";
+  EXPECT_EQ(at_rim(0.05), 0.0F) << "in it";
+}
+
 TEST(RasterLevels, ABridgeAboveTheRobotIsNoObstacle) {
   for (const double height : {0.5, 2.2}) {
     PlanarMap map;
@@ -138,12 +158,14 @@ class Changing {
     test::add_plate(map, {-5, -3}, {5, 3}, 0, true);
     add_ring(map, 0.7);
     for (int k = 0; k < 50; ++k) map.loose_points.push_back(place());
+    for (Surfel& s : map.surfels) s.parent_plane = 1;
   }
   void change() {
     changes = {};
     for (int k = 0; k < 5; ++k) {
       const std::size_t s = pick(map.surfels.size()), p = pick(map.loose_points.size());
       map.surfels[s].center += Eigen::Vector3d(0.1 * number(), 0.1 * number(), 0.02 * number());
+      map.surfels[s].parent_plane = k % 2;  // a wall is nobody's parent: their own slopes count
       map.loose_points[p] = place();
       changes.surfels.push_back(s);
       changes.loose_points.push_back(p);
@@ -152,7 +174,9 @@ class Changing {
     map.edges[e].position_map += Eigen::Vector3d(0.2 * number(), 0.2 * number(), 0);
     changes.edges.push_back(e);
     for (auto& v : map.planes[0].outlines_map[0]) v.x() += 0.1 * number();
-    changes.planes.push_back(0);
+    const Eigen::Vector3d n = Eigen::Vector3d(0.1 * number(), 0.1 * number(), 1).normalized();
+    map.planes[1].plane_map = Plane(n, 0);
+    changes.planes = {0, 1};
     test::add_wall(map, place().head<2>(), place().head<2>(), 0, 0.5);
     map.edges.resize(map.edges.size() - 3);
     std::erase_if(changes.edges, [this](std::size_t k) { return k >= map.edges.size(); });
@@ -174,7 +198,7 @@ TEST(RasterUpdate, EqualsAMapDrawnFromScratch) {
   finds.update(world.map);
   told.update(world.map);
   const std::size_t all = finds.tiles_drawn();
-  for (int k = 0; k < 5; ++k) {
+  for (int k = 0; k < 6; ++k) {
     world.change();
     finds.update(world.map);
     told.update(world.map, world.changes);

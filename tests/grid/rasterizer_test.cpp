@@ -106,8 +106,10 @@ TEST(Rasterizer, EqualsBruteForceOnRoughTerrain) {
   test::add_path(map, {-1, 0, 0}, {1, 0, 0});
   test::add_floor(map, {-1.5, -1}, {1.5, 1}, rough);
   RasterOptions options;
+  options.patch_size = 0;
+  const NavigabilityGrid careful = rasterize(map, options);
   options.edge_margin = 0;
-  const NavigabilityGrid exact = rasterize(map, options), careful = rasterize(map);
+  const NavigabilityGrid exact = rasterize(map, options);
   int free = 0, blocked = 0, beside = 0;
   for (double x = -1.425; x < 1.4; x += 0.05) {
     for (double y = -0.925; y < 0.9; y += 0.05) {
@@ -129,6 +131,80 @@ TEST(Rasterizer, EqualsBruteForceOnRoughTerrain) {
   EXPECT_GT(free, 100);
   EXPECT_GT(blocked, 100);
   EXPECT_GT(beside, 100);
+}
+
+// Nothing rises by more than T within 0.2 m, borders of cells taken by their centres.
+TEST(Rasterizer, RisesWithinAPatchEqualBruteForceOnRoughTerrain) {
+  PlanarMap map;
+  test::add_path(map, {-1, 0, 0}, {1, 0, 0});
+  test::add_floor(map, {-1.5, -1}, {1.5, 1}, rough);
+  RasterOptions options;
+  options.edge_margin = 0;
+  const NavigabilityGrid grid = rasterize(map, options);
+  int free = 0, hidden = 0;
+  for (double x = -1.375; x < 1.38; x += 0.05) {
+    for (double y = -0.875; y < 0.88; y += 0.05) {
+      double low = 1, high = -1;
+      for (int i = -2; i <= 2; ++i) {
+        for (int j = -2; j <= 2; ++j) {
+          low = std::min(low, rough(x + 0.05 * i, y + 0.05 * j));
+          high = std::max(high, rough(x + 0.05 * i, y + 0.05 * j));
+        }
+      }
+      const bool level = high - low <= 0.02 + 1e-9;
+      const NavigabilityCell cell = test::at(grid, x, y);
+      ASSERT_EQ(cell.navigability > 0, steps_fit(x, y) && level) << x << " " << y;
+      ASSERT_EQ(cell.known(), !steps_fit(x, y) || level) << x << " " << y;
+      free += cell.navigability > 0;
+      hidden += steps_fit(x, y) && !level;
+    }
+  }
+  EXPECT_GT(free, 20);
+  EXPECT_GT(hidden, 100);
+}
+
+// A step of 3 cm that patches lie astride looks like a ramp of 0.2 m. The slopes of the squares
+// fit; only a plane says that it is a ramp.
+TEST(Rasterizer, AStepThatPatchesLieAstrideIsNotFreeARampIs) {
+  const auto slope = [](double x) { return std::clamp(0.03 - 0.15 * x, 0.0, 0.03); };
+  const auto at = [&](double x, double plane_slope, int parent, double sigma = 0) {
+    PlanarMap map;
+    test::add_path(map, {-1.4, 0, 0.03}, {-0.5, 0, 0.03});
+    test::add_floor(
+        map, {-1.5, -0.5}, {1.5, 0.5}, [&](double u, double) { return slope(u); }, sigma);
+    for (Surfel& s : map.surfels) s.parent_plane = parent;
+    const Eigen::Vector3d n = Eigen::Vector3d(plane_slope, 0, 1).normalized();
+    test::add_plane(map, Plane(n, 0.03 * n.z()),
+                    {{-1.5, -0.5, 0.03 + 1.5 * plane_slope},
+                     {1.5, -0.5, 0.03 - 1.5 * plane_slope},
+                     {1.5, 0.5, 0.03 - 1.5 * plane_slope},
+                     {-1.5, 0.5, 0.03 + 1.5 * plane_slope}});
+    return test::at(rasterize(map), x, 0.025);
+  };
+  EXPECT_FALSE(at(0.125, 0, 0).known()) << "squares of a level plane";
+  EXPECT_GT(at(0.125, 0.15, 0).navigability, 0.7F) << "squares of a ramp";
+  EXPECT_GT(at(0.125, 0, -1).navigability, 0.7F) << "no plane: their own slopes";
+  EXPECT_EQ(at(-0.425, 0, 0).navigability, 1.0F);
+  EXPECT_EQ(at(0.725, 0, 0).navigability, 1.0F);
+  EXPECT_GT(at(0.125, 0, 0, 0.005).navigability, 0.7F) << "within the noise of the two";
+}
+
+// Two squares without a surfel in a floor that was looked at: something there was no floor.
+TEST(Rasterizer, APlaneFillsOneSquareMoreOnlyBesideAWall) {
+  const auto middle = [](int missing, bool wall) {
+    PlanarMap map;
+    test::add_path(map, {-1, 0, 0}, {-0.5, 0, 0});
+    test::add_floor(map, {-1, -0.5}, {1, 0.5}, [](double, double) { return 0.0; });
+    std::erase_if(map.surfels, [missing](const Surfel& s) {
+      return s.center.x() > 0 && s.center.x() < 0.1 * missing;
+    });
+    test::add_plate(map, {-1, -0.5}, {1, 0.5}, 0, true);
+    if (wall) test::add_wall(map, {-0.2, 0.175}, {0.4, 0.175}, 0, 1);
+    return test::at(rasterize(map), 0.05 * missing - 0.025, 0.025);
+  };
+  EXPECT_EQ(middle(1, false).navigability, 1.0F);
+  EXPECT_TRUE(std::isnan(middle(2, false).height));
+  EXPECT_EQ(middle(2, true).height, 0.0F);
 }
 
 // Far from the start poses leave a plane's height open by centimetres, but not where it lies by its
@@ -167,7 +243,9 @@ TEST(Rasterizer, NothingIsFilledFromADiscAstrideAWall) {
   test::add_path(map, {-1, 0, 0}, {-0.5, 0, 0});
   test::add_floor(map, {-1, -0.5}, {0.1, 0.5}, [](double, double) { return 0.0; });
   test::add_plate(map, {-1, -0.5}, {1, 0.5}, 0, true);
-  const auto behind = [&] { return test::at(rasterize(map), 0.175, 0.025); };
+  RasterOptions options;
+  options.plane_gap = options.wall_gap;
+  const auto behind = [&] { return test::at(rasterize(map, options), 0.175, 0.025); };
   EXPECT_EQ(behind().height, 0.0F) << "a gap of the floor";
   test::add_wall(map, {0.02, -1}, {0.02, 1}, 0, 1);
   EXPECT_TRUE(std::isnan(behind().height)) << "behind a wall";
@@ -242,7 +320,9 @@ TEST(Rasterizer, APlaneFillsNothingBehindAWall) {
   test::add_path(map, {-2, 0, 0}, {-1, 0, 0});
   test::add_floor(map, {-2, -1}, {0, 1}, [](double, double) { return 0.0; });
   test::add_plate(map, {-2, -1}, {0.5, 1}, 0, true);
-  EXPECT_EQ(test::at(rasterize(map), 0.025, 0.0).navigability, 1.0F);
+  RasterOptions options;
+  options.plane_gap = options.wall_gap;
+  EXPECT_EQ(test::at(rasterize(map, options), 0.025, 0.0).navigability, 1.0F);
   test::add_wall(map, {0, -1}, {0, 1}, 0, 1);
   const NavigabilityGrid grid = rasterize(map);
   EXPECT_EQ(test::at(grid, -0.125, 0.0).navigability, 1.0F);
@@ -252,7 +332,7 @@ TEST(Rasterizer, APlaneFillsNothingBehindAWall) {
   // A lintel high above bars nothing.
   map.planes.pop_back();
   test::add_wall(map, {0, -1}, {0, 1}, 2, 2.5);
-  EXPECT_EQ(test::at(rasterize(map), 0.025, 0.0).navigability, 1.0F);
+  EXPECT_EQ(test::at(rasterize(map, options), 0.025, 0.0).navigability, 1.0F);
 }
 
 TEST(Rasterizer, AFloorsPlaneAndAWallNeedNoSurfels) {
