@@ -72,8 +72,9 @@ struct Site {
   bool surface_above = false;  ///< what blocks is a surface seen from above: it has an edge
   std::uint8_t flags = 0;
   // By the sites around (`look_around`).
-  bool complete = true;  ///< something is known of all eight
-  float step = 1;        ///< least probability that a step to one of them is at most T
+  bool complete = true;     ///< something is known of all eight
+  float step = 1;           ///< least probability that a step to one of them is at most T
+  float low = 0, high = 0;  ///< of the surfaces there and here
 
   /// The same but for what the sites around say.
   bool chosen_as(const Site& other) const {

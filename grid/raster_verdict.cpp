@@ -106,29 +106,58 @@ bool beside_step(const SitesAround& around, const RasterOptions& options) {
   return false;
 }
 
+// Quick: the heights up to two cells away, by what the four diagonal neighbours know of those
+// beside them, rise by no more than `rise`.
+bool level_within_two(const SitesAround& around, float rise) {
+  const Site* site = around.at(0, 0);
+  float low = site->low, high = site->high;
+  for (const auto& [di, dj] :
+       {std::pair(-1, -1), std::pair(1, -1), std::pair(-1, 1), std::pair(1, 1)}) {
+    const Site* other = around.at(di, dj);
+    if (other == nullptr || !other->supported) return false;
+    low = std::min(low, other->low);
+    high = std::max(high, other->high);
+  }
+  return high - low <= rise;
+}
+
 // Surfels are made of patches: of one that lies astride a step the points of both sides are
 // levelled out, and a step looks like a ramp of that length. What rises by more than T within it,
 // beyond doubt and beyond what the planes of the two say that it should, may be one.
 bool hidden_step(const SitesAround& around, const RasterOptions& options) {
   const int reach = patch_cells(options);
   const Site* site = around.at(0, 0);
-  const Site *low = site, *high = site;
+  const auto T = static_cast<float>(options.max_step) + kRounding;
+  const auto counts = [site](const Site* other) {
+    return other != nullptr && other->supported && !other->surface_above &&
+           std::abs(other->height - site->height) <= kLow;
+  };
+  if (reach <= 2 && level_within_two(around, T)) return false;
+  float least = site->height, most = least;  // first without their places: it seldom goes on
+  for (int dj = -reach; dj <= reach; ++dj) {
+    for (int di = -reach; di <= reach; ++di) {
+      const Site* other = around.at(di, dj);
+      const float height = counts(other) ? other->height : least;
+      least = std::min(least, height);
+      most = std::max(most, height);
+    }
+  }
+  const float rise = most - least;
+  if (rise <= T) return false;
+  const Site *low = nullptr, *high = nullptr;
   int i = 0, j = 0, u = 0, v = 0;  // theirs
   for (int dj = -reach; dj <= reach; ++dj) {
     for (int di = -reach; di <= reach; ++di) {
       const Site* other = around.at(di, dj);
-      if (other == nullptr || !other->supported || other->surface_above) continue;
-      if (std::abs(other->height - site->height) > kLow) continue;
-      if (other->height < low->height) low = other, i = di, j = dj;
-      if (other->height > high->height) high = other, u = di, v = dj;
+      if (!counts(other)) continue;
+      if (low == nullptr && other->height == least) low = other, i = di, j = dj;
+      if (high == nullptr && other->height == most) high = other, u = di, v = dj;
     }
   }
-  const float rise = high->height - low->height, T = static_cast<float>(options.max_step);
-  if (rise <= T + kRounding) return false;
   const float half = 0.5F * static_cast<float>(options.resolution) * Trend::kUnit;
   const float expected = half * static_cast<float>((low->trend.x + high->trend.x) * (u - i) +
                                                    (low->trend.y + high->trend.y) * (v - j));
-  const float beyond = rise - std::clamp(expected, 0.0F, rise) - T - kRounding;
+  const float beyond = rise - std::clamp(expected, 0.0F, rise) - T;
   return beyond > 0 && beyond * beyond > low->variance + high->variance;
 }
 
@@ -161,6 +190,7 @@ void look_around(const SitesAround& around, const RasterOptions& options, Site& 
   const auto r = static_cast<float>(options.resolution), T = static_cast<float>(options.max_step);
   site.complete = true;
   site.step = 1;
+  site.low = site.high = site.height;
   if (!site.supported) return;
   for (int dj = -1; dj <= 1; ++dj) {
     for (int di = -1; di <= 1; ++di) {
@@ -172,6 +202,8 @@ void look_around(const SitesAround& around, const RasterOptions& options, Site& 
       }
       if (is_step(*other, other->top - site.height, T)) site.step = 0;
       if (!other->supported) continue;
+      site.low = std::min(site.low, other->height);
+      site.high = std::max(site.high, other->height);
       const float distance = r * (di != 0 && dj != 0 ? 1.41421356F : 1.0F);
       site.step = std::min(site.step, step_probability(site, *other, distance, T));
     }
