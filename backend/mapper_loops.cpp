@@ -179,6 +179,7 @@ RefineResult Mapper::settle_planes(RefineResult result, const RefineOptions& opt
     remake_outlines();
     RefineOptions again = options;
     again.refined_before = round > 0;
+    again.thorough = false;  // loops that were left out have had their second hearing
     RefineResult next = lamina::refine(graph_, again, progress);
     next.iterations += result.iterations;
     next.rounds += result.rounds;

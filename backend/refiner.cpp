@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include <lamina/backend/loop_hearing.hpp>
 #include <lamina/backend/robust.hpp>
 
 namespace lamina {
@@ -68,7 +69,8 @@ RefineResult refine(Graph& graph, const RefineOptions& options,
   std::vector<MarginalPrior> priors = hold_what_nothing_tells(graph);
   if (options.planes_from_evidence) fit_planes_to_evidence(graph);
 
-  const RobustOutcome outcome = minimize_robustly(graph, options, progress);
+  RobustOutcome outcome = minimize_robustly(graph, options, progress);
+  if (options.thorough) hear_loops_together(graph, options, progress, outcome);
   result.status = outcome.status;
   result.iterations = outcome.iterations;
   result.rounds = outcome.rounds;
