@@ -2,6 +2,7 @@
 #include <lamina/backend/sliding_window.hpp>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 
 #include <lamina/models/error.hpp>
@@ -223,10 +224,14 @@ double huber(double chi_squared, double weight) {
 }  // namespace
 
 // With `reweighted` false the robust weights are left out of the equations, not of the cost.
-double SlidingWindow::build(bool with_jacobians, bool reweighted) {
-  if (with_jacobians) {
+double SlidingWindow::build(Build what, bool reweighted) {
+  const bool with_jacobians = what != Build::kCost;
+  if (what == Build::kEquations) {
     system_.reset(static_cast<int>(poses_.size()), static_cast<int>(planes_.size()));
+  } else if (what == Build::kGradient) {
+    system_.reset_gradient();
   }
+  least_weight_ = 1;
   double cost = 0;
   const auto at = [](const auto& state) -> const auto& {
     return state.frozen ? state.first : state.now;
@@ -242,6 +247,7 @@ double SlidingWindow::build(bool with_jacobians, bool reweighted) {
     const Vector6d raw = (f.T.inverse() * pa.now.inverse() * pb.now).log();
     const Vector6d r = f.S * raw;
     const double chi = r.squaredNorm(), weight = f.robust ? robust_weight(chi) : 1.0;
+    least_weight_ = std::min(least_weight_, weight);
     cost += huber(chi, weight);
     if (!with_jacobians) continue;
     const Matrix6d Jb = std::sqrt(weight) * f.S * SE3::right_jacobian_inverse(raw);
@@ -284,6 +290,7 @@ double SlidingWindow::build(bool with_jacobians, bool reweighted) {
     const Landmark& plane = planes_[static_cast<std::size_t>(b)];
     const Eigen::Vector4d r = residual(s, pose.now, plane.now, plane.anchor);
     const double chi = r.squaredNorm(), weight = robust_weight(chi);
+    least_weight_ = std::min(least_weight_, weight);
     cost += huber(chi, weight);
     if (!with_jacobians) continue;
     jacobians(s, at(pose), at(plane), plane.anchor, J_pose, J_plane);
@@ -328,66 +335,6 @@ void SlidingWindow::apply(const Eigen::VectorXd& d) {
     const Eigen::Vector3d step = d.segment<3>(system_.plane_column(static_cast<int>(i)));
     planes_[i].now = planes_[i].now.boxplus(step);
   }
-}
-
-// ------------------------------------------------------------------------------- solving
-
-WindowReport SlidingWindow::solve() {
-  WindowReport report;
-  // Before the first step a new keyframe is where odometry put it, and good sightings look like
-  // outliers: their weights count from the second step on, or each step would undo a part only.
-  double cost = build(true, false), lambda = 0;
-  report.residuals =
-      static_cast<int>(prior_.r.size() + 6 * betweens_.size() + 6 * singles_.size() +
-                       2 * gravity_.size() + 3 * holds_.size() + 4 * sightings_.size());
-  report.chi_squared = cost;
-  report.finite = std::isfinite(cost);
-  bool undamped = true;
-  while (report.finite && report.iterations < options_.iterations) {
-    ++report.iterations;
-    undamped = lambda == 0;
-    if (!system_.factor(lambda)) {
-      report.finite = false;
-      break;
-    }
-    const Eigen::VectorXd d = system_.step();
-    const double promised = -system_.gradient().dot(d);
-    if (!d.allFinite() || !std::isfinite(promised)) {
-      report.finite = false;
-      break;
-    }
-    const auto poses = poses_;
-    const auto planes = planes_;
-    apply(d);
-    if (promised < options_.stop_chi_squared) {
-      report.converged = true;
-      report.chi_squared = std::max(0.0, cost - promised);
-      break;
-    }
-    const double better = build(false);
-    if (!(better < cost) || !std::isfinite(better)) {
-      poses_ = poses;
-      planes_ = planes;
-      // What it promised is below the cost's own rounding: this is the minimum.
-      if (promised <= 1e-9 * cost) {
-        report.converged = true;
-        undamped = false;
-        build(true);
-        break;
-      }
-      lambda = lambda == 0 ? 1e-4 : 10 * lambda;
-      build(true);
-      continue;
-    }
-    cost = report.chi_squared = better;
-    lambda = lambda < 1e-6 ? 0 : 0.1 * lambda;
-    build(true);
-  }
-  // Covariances come from the undamped equations.
-  if (report.finite && (!report.converged || !undamped)) report.finite = system_.factor(0);
-  report.held_directions = system_.held();
-  solved_ = report.finite;
-  return report;
 }
 
 }  // namespace lamina

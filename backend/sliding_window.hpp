@@ -200,7 +200,9 @@ class SlidingWindow {
                         const Eigen::Vector3d& anchor, Eigen::Matrix<double, 4, 6>& J_pose,
                         Eigen::Matrix<double, 4, 3>& J_plane);
   double robust_weight(double chi_squared) const;
-  double build(bool with_jacobians, bool reweighted = true);
+  enum class Build { kCost, kGradient, kEquations };
+  double build(Build what, bool reweighted = true);
+  bool finish_with_same_factor(const Eigen::VectorXd& d, double& promised);
   Eigen::VectorXd prior_step() const;
   std::vector<int> prior_columns() const;
   void apply(const Eigen::VectorXd& d);
@@ -220,7 +222,8 @@ class SlidingWindow {
   std::vector<Sighting> sightings_;
   Prior prior_;
   WindowSystem system_;
-  bool solved_ = false;  // system_ holds a factor for the present states
+  double least_weight_ = 1;  // of the robust ones, at the last build()
+  bool solved_ = false;      // system_ holds a factor for the present states
   std::int64_t keyframes_added_ = 0;
 };
 

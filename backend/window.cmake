@@ -1,4 +1,4 @@
-list(APPEND LAMINA_BACKEND_SOURCES marginalization.cpp window_system.cpp sliding_window.cpp
+list(APPEND LAMINA_BACKEND_SOURCES marginalization.cpp window_system.cpp sliding_window.cpp sliding_window_solve.cpp
      sliding_window_marginalize.cpp window_plane_graph.cpp plane_index.cpp association.cpp
      plane_evidence.cpp boundaries.cpp surfel_estimator.cpp
      place_recognition.cpp plane_labels.cpp mapper.cpp mapper_associate.cpp mapper_planes.cpp mapper_loops.cpp mapper_merge.cpp

@@ -23,7 +23,13 @@ double dot(const double* a, const double* b, int n) {
 
 }  // namespace
 
+void WindowSystem::reset_gradient() {
+  gradient_only_ = true;
+  g_.setZero(columns());
+}
+
 void WindowSystem::reset(int poses, int planes) {
+  gradient_only_ = false;
   poses_ = poses;
   planes_ = planes;
   width_ = static_cast<std::size_t>(6 * poses);
@@ -45,6 +51,7 @@ void WindowSystem::add_pose_pose(int first, int second, const Eigen::Matrix<doub
                                  const Eigen::Matrix<double, 6, 1>& r) {
   add_pose(first, J_first, r);
   add_pose(second, J_second, r);
+  if (gradient_only_) return;
   reach(second, first);
   const Eigen::Matrix<double, 6, 6> cross = J_second.transpose() * J_first;
   for (int i = 0; i < 6; ++i) {
@@ -54,29 +61,32 @@ void WindowSystem::add_pose_pose(int first, int second, const Eigen::Matrix<doub
 
 void WindowSystem::add_pose(int pose, const Eigen::Ref<const Eigen::MatrixXd>& J,
                             const Eigen::Ref<const Eigen::VectorXd>& r) {
+  g_.segment<6>(6 * pose) += J.transpose() * r;
+  if (gradient_only_) return;
   const Eigen::Matrix<double, 6, 6> H = J.transpose() * J;
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j <= i; ++j) pose_entry(6 * pose + i, 6 * pose + j) += H(i, j);
   }
-  g_.segment<6>(6 * pose) += J.transpose() * r;
 }
 
 void WindowSystem::add_pose_plane(int pose, int plane, const Eigen::Matrix<double, 4, 6>& J_pose,
                                   const Eigen::Matrix<double, 4, 3>& J_plane,
                                   const Eigen::Matrix<double, 4, 1>& r) {
+  g_.segment<6>(6 * pose) += J_pose.transpose().lazyProduct(r);
+  g_.segment<3>(plane_column(plane)) += J_plane.transpose().lazyProduct(r);
+  if (gradient_only_) return;
   const Eigen::Matrix<double, 6, 6> H = J_pose.transpose().lazyProduct(J_pose);
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j <= i; ++j) pose_entry(6 * pose + i, 6 * pose + j) += H(i, j);
   }
   W_.block<6, 3>(6 * pose, 3 * plane) += J_pose.transpose().lazyProduct(J_plane);
   C_.block<3, 3>(3 * plane, 3 * plane) += J_plane.transpose().lazyProduct(J_plane);
-  g_.segment<6>(6 * pose) += J_pose.transpose().lazyProduct(r);
-  g_.segment<3>(plane_column(plane)) += J_plane.transpose().lazyProduct(r);
 }
 
 void WindowSystem::add_plane(int plane, const Eigen::Matrix3d& J, const Eigen::Vector3d& r) {
-  C_.block<3, 3>(3 * plane, 3 * plane) += J.transpose() * J;
   g_.segment<3>(plane_column(plane)) += J.transpose() * r;
+  if (gradient_only_) return;
+  C_.block<3, 3>(3 * plane, 3 * plane) += J.transpose() * J;
 }
 
 void WindowSystem::add_dense(const std::vector<int>& at, const Eigen::MatrixXd& H,
@@ -85,7 +95,7 @@ void WindowSystem::add_dense(const std::vector<int>& at, const Eigen::MatrixXd& 
   for (int j = 0; j < n; ++j) {
     const int cj = at[static_cast<std::size_t>(j)];
     g_(cj) += g(j);
-    for (int i = 0; i < n; ++i) {
+    for (int i = 0; i < n && !gradient_only_; ++i) {
       const int ci = at[static_cast<std::size_t>(i)];
       if (ci < cj) continue;
       if (ci < border) {

@@ -15,6 +15,9 @@ class WindowSystem {
  public:
   /// Zero everything for a new linearisation.
   void reset(int poses, int planes);
+  /// Zeroes the gradient alone, for the same states: what is added from here on adds to it alone,
+  /// and the factor stays that of the equations before. Ends with the next reset().
+  void reset_gradient();
   int poses() const { return poses_; }
   int planes() const { return planes_; }
   int columns() const { return 6 * poses_ + 3 * planes_; }
@@ -60,6 +63,7 @@ class WindowSystem {
   double pivot(double value, double original);
 
   int poses_ = 0, planes_ = 0, held_ = 0;
+  bool gradient_only_ = false;
   std::size_t width_ = 0;
   std::vector<double> band_, band_factor_;  ///< lower triangle of the poses, by rows
   std::vector<int> first_;                  ///< by pose: the first pose its rows reach
