@@ -225,10 +225,11 @@ int depth(int argc, char** argv) {
     poses.add(frame->stamp, T);
     if (argc > 4) {
       const Eigen::Vector3d x = T.translation(), up = T.so3() * Eigen::Vector3d::UnitZ();
-      std::printf("%4d %d open %d matched %.2f rms %.4f at %.3f %.3f %.3f yaw %.1f tilt %.1f\n",
-                  frames, static_cast<int>(motion.status), motion.unknown_directions,
-                  motion.matched, motion.rms, x.x(), x.y(), x.z(), T.so3().yaw() * 180 / M_PI,
-                  std::acos(up.z()) * 180 / M_PI);
+      std::printf(
+          "%4d %d open %d moving %.3f matched %.2f rms %.4f at %.3f %.3f %.3f yaw %.1f tilt %.1f\n",
+          frames, static_cast<int>(motion.status), motion.unknown_directions, motion.moving,
+          motion.matched, motion.rms, x.x(), x.y(), x.z(), T.so3().yaw() * 180 / M_PI,
+          std::acos(up.z()) * 180 / M_PI);
       const auto now_true = truth.at(frame->stamp);
       if (now_true && last_true) {
         const Vector6d e =

@@ -2,77 +2,13 @@
 #include <lamina/frontend/odometry/depth_odometry.hpp>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 
+#include <lamina/frontend/odometry/block_matching.hpp>
 #include <lamina/frontend/odometry/moving_blocks.hpp>
 
 namespace lamina {
 namespace {
-
-struct Sums {
-  Matrix6d H = Matrix6d::Zero();
-  Vector6d b = Vector6d::Zero();
-  double squares = 0;
-  double agreement = 0;  ///< sum of robust weights, 1 for a block that fits exactly
-  double spurious = 0;   ///< information that noise of the normals makes in any direction
-  int used = 0, tried = 0;
-};
-
-struct Gate {
-  float distance, sigmas, beside, cosine, surface_variance;
-};
-
-/// Normal equations of one key frame for T_key_current (right tangent).
-void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T_key_current,
-                int stride, const Gate& gate, Sums& sums) {
-  const Eigen::Matrix3f R = T_key_current.so3().matrix().cast<float>();
-  const Eigen::Vector3f t = T_key_current.translation().cast<float>();
-  const auto fx = static_cast<float>(key.fx), fy = static_cast<float>(key.fy);
-  const auto cx = static_cast<float>(key.cx + 0.5), cy = static_cast<float>(key.cy + 0.5);
-  for (int v = 0; v < current.height; v += stride) {
-    // Sums of a row in float, of rows in double: fast, and safe.
-    Eigen::Matrix<float, 6, 6> H = Eigen::Matrix<float, 6, 6>::Zero();
-    Eigen::Matrix<float, 6, 1> b = Eigen::Matrix<float, 6, 1>::Zero();
-    float spurious = 0;
-    for (int u = 0; u < current.width; u += stride) {
-      const DepthBlock& c = current.at(u, v);
-      if (!c.oriented()) continue;
-      ++sums.tried;
-      const Eigen::Vector3f q = R * c.point + t;
-      if (q.z() < 0.1F) continue;
-      const float fu = fx * q.x() / q.z() + cx, fv = fy * q.y() / q.z() + cy;
-      if (!(fu >= 0 && fv >= 0 && fu < static_cast<float>(key.width) &&
-            fv < static_cast<float>(key.height))) {
-        continue;
-      }
-      const DepthBlock& k = key.at(static_cast<int>(fu), static_cast<int>(fv));
-      if (!k.oriented()) continue;
-      const Eigen::Vector3f n = R.transpose() * k.normal;
-      if (n.dot(c.normal) < gate.cosine) continue;
-      const float e = k.normal.dot(q - k.point);
-      const float variance = c.sigma * c.sigma + k.sigma * k.sigma + gate.surface_variance;
-      const float limit = std::max(gate.distance, gate.sigmas * std::sqrt(variance));
-      if (std::abs(e) > limit || (q - k.point).squaredNorm() > gate.beside * q.z() * q.z())
-        continue;
-      // Geman-McClure-like: half weight at half the gate.
-      const float r = e / (0.5F * limit), root = 1 + r * r;
-      const float w = 1 / (variance * root * root);
-      Eigen::Matrix<float, 6, 1> J;
-      const Eigen::Vector3f m = c.point.cross(n);
-      J << n.x(), n.y(), n.z(), m.x(), m.y(), m.z();
-      H.noalias() += (w * J) * J.transpose();
-      b -= (w * e) * J;
-      sums.agreement += static_cast<double>(1 / (root * root));
-      sums.squares += static_cast<double>(e * e);
-      spurious += w * k.tilt * k.tilt;
-      ++sums.used;
-    }
-    sums.H += H.cast<double>();
-    sums.b += b.cast<double>();
-    sums.spurious += static_cast<double>(spurious);
-  }
-}
 
 double median_depth(const DepthBlocks& blocks) {
   std::vector<float> z;
@@ -84,39 +20,13 @@ double median_depth(const DepthBlocks& blocks) {
   return static_cast<double>(z[z.size() / 2]);
 }
 
-/// Keeps what surfaces hold: H and b without directions below `limit`, angles brought to metres by
-/// `lever`. Returns how many are missing.
-int without_weak_directions(Matrix6d& H, Vector6d& b, double lever, double limit) {
-  Vector6d unit;
-  unit << 1, 1, 1, 1 / lever, 1 / lever, 1 / lever;
-  const Matrix6d scaled = unit.asDiagonal() * H * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled);
-  Matrix6d kept = Matrix6d::Zero(), held = Matrix6d::Zero();
-  int missing = 0;
-  for (int i = 0; i < 6; ++i) {
-    if (!(eigen.eigenvalues()(i) >= limit)) {
-      ++missing;
-      continue;
-    }
-    const Matrix6d direction =
-        eigen.eigenvectors().col(i) * eigen.eigenvectors().col(i).transpose();
-    held += direction;
-    kept += eigen.eigenvalues()(i) * direction;
-  }
-  if (missing > 0) {
-    const Vector6d back = unit.cwiseInverse();
-    H = back.asDiagonal() * kept * back.asDiagonal();
-    b = back.asDiagonal() * held * unit.asDiagonal() * b;
-  }
-  return missing;
-}
-
 }  // namespace
 
 struct DepthOdometry::Alignment {
   SE3 T_world_camera;
   Matrix6d information = Matrix6d::Zero();  ///< of the image alone
   int unknown = 6;
+  std::vector<Vector6d> open;  ///< the unknown directions, camera tangents
   double matched = 0, rms = 0;
 };
 
@@ -130,7 +40,7 @@ std::vector<const DepthOdometry::KeyFrame*> DepthOdometry::references(
   const float beside = 0.0625F;
   for (const KeyFrame& key : keys_) {
     if (&key == &keys_.back()) break;
-    Sums sums;
+    BlockSums sums;
     accumulate(key.blocks, current, key.T_world_camera.inverse() * T_world_camera, 6,
                {static_cast<float>(options_.fine_gate), 4, beside, 0.8F, surface_variance()}, sums);
     if (sums.tried > 0 && sums.used > options_.old_overlap * sums.tried) {
@@ -156,9 +66,9 @@ void DepthOdometry::align(const DepthBlocks& current, const SE3& predicted, cons
     const double shrink = std::pow(0.6, i);
     const double distance =
         fine ? options_.fine_gate : std::max(options_.fine_gate, options_.coarse_gate * shrink);
-    const Gate gate{static_cast<float>(distance), 4, 0.0625F,
-                    static_cast<float>(options_.min_normal_cosine), surface_variance()};
-    Sums s;
+    const BlockGate gate{static_cast<float>(distance), 4, 0.0625F,
+                         static_cast<float>(options_.min_normal_cosine), surface_variance()};
+    BlockSums s;
     for (const KeyFrame* key : keys) {
       accumulate(key->blocks, current, key->T_world_camera.inverse() * a.T_world_camera,
                  fine ? 1 : options_.coarse_stride, gate, s);
@@ -168,9 +78,10 @@ void DepthOdometry::align(const DepthBlocks& current, const SE3& predicted, cons
         std::max(1.0, options_.samples_per_fact / skipped) * static_cast<double>(keys.size());
     a.information = s.H / per_fact;
     Vector6d b = s.b / per_fact;
-    a.unknown = without_weak_directions(
+    a.open = without_weak_directions(
         a.information, b, keys.front()->median_depth,
         std::max(options_.min_information, options_.normal_noise_factor * s.spurious / per_fact));
+    a.unknown = static_cast<int>(a.open.size());
     a.matched = s.tried > 0 ? static_cast<double>(s.used) / s.tried : 0;
     a.rms = s.used > 0 ? std::sqrt(s.squares / s.used) : 0;
     const Vector6d back = (a.T_world_camera.inverse() * predicted).log();
@@ -189,7 +100,7 @@ void DepthOdometry::align(const DepthBlocks& current, const SE3& predicted, cons
 
 double DepthOdometry::fit(const DepthBlocks& current, const SE3& T_world_camera) const {
   const KeyFrame& key = keys_.back();
-  Sums sums;
+  BlockSums sums;
   accumulate(
       key.blocks, current, key.T_world_camera.inverse() * T_world_camera, options_.coarse_stride,
       {0, 4, 0.0625F, static_cast<float>(options_.min_normal_cosine), surface_variance()}, sums);
@@ -244,6 +155,30 @@ void DepthOdometry::search(const DepthBlocks& current, const Matrix6d& prior,
   align(current, *better, prior, a, options_.coarse_iterations, options_.fine_iterations);
 }
 
+void DepthOdometry::slide(const DepthBlocks& current, const Matrix6d& prior, Alignment& a) const {
+  const KeyFrame& key = keys_.back();
+  const SE3 T_key_now = key.T_world_camera.inverse() * a.T_world_camera;
+  const BlockGate gate{0, 4, 0, static_cast<float>(options_.min_normal_cosine), surface_variance()};
+  double best = 0;
+  std::optional<SE3> better;
+  for (const Vector6d& direction : a.open) {
+    const double sigma = 1 / std::sqrt(direction.dot(prior * direction));
+    for (const double sigmas : {0.25, -0.25, 0.5, -0.5, 1.0, -1.0, 2.0, -2.0}) {
+      const SE3 start = a.T_world_camera * SE3::exp(sigmas * sigma * direction);
+      const SE3 T_key_start = key.T_world_camera.inverse() * start;
+      const double found = gained_agreement(key.blocks, current, T_key_now, T_key_start,
+                                            options_.coarse_stride, gate) -
+                           options_.slide_gain * (1 + sigmas * sigmas);
+      if (found <= best) continue;
+      best = found;
+      better = start;
+    }
+  }
+  if (!better) return;
+  a.T_world_camera = *better;
+  align(current, *better, prior, a, 0, options_.fine_iterations);
+}
+
 DepthMotion DepthOdometry::process(const DepthFrame& frame,
                                    const std::optional<MotionGuess>& guess) {
   DepthMotion motion;
@@ -278,6 +213,7 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   if (!guess && !keys_.empty() && (a.matched < options_.search_matched || a.unknown > 0)) {
     search(current, prior, other_starts(predicted, T_body_camera, options_.sigma_turn * ratio), a);
   }
+  if (!keys_.empty()) slide(current, prior, a);
   motion.moving = drop_what_moved(current, a.T_world_camera);
   if (motion.moving > 0) {
     a.T_world_camera = predicted;

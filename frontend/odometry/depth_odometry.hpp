@@ -26,6 +26,7 @@ struct DepthOdometryOptions {
   double search_matched = 0.9;
   /// What another start must fit more to be believed: mean robust weight of the blocks.
   double search_gain = 0.05;
+  double slide_gain = 0.02;  ///< likewise, for a place along a direction that is open
   int key_frames = 4;        ///< kept; the latest and the oldest that still overlaps are matched
   double key_overlap = 0.7;  ///< fraction of matched blocks below which a key frame is taken
   double key_translation = 0.12;  ///< of the median depth, likewise
@@ -101,6 +102,10 @@ class DepthOdometry {
   /// Tries other starts (T_world_camera) and takes the best, if it is clearly better.
   void search(const DepthBlocks& current, const Matrix6d& prior, const std::vector<SE3>& starts,
               Alignment& alignment) const;
+  /// Where the surfaces are too few or too like to tell by their slopes, places along the open
+  /// directions may still fit more: within two sigmas of what was expected the best is taken, if it
+  /// gains slide_gain (1 + sigmas^2).
+  void slide(const DepthBlocks& current, const Matrix6d& prior, Alignment& alignment) const;
   std::vector<SE3> other_starts(const SE3& predicted, const SE3& T_body_camera,
                                 double sigma_turn) const;
   /// Fraction of blocks that fit the latest key frame at this pose.

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <random>
 
+#include <lamina/frontend/odometry/block_matching.hpp>
 #include <lamina/frontend/odometry/depth_odometry.hpp>
 #include <lamina/frontend/odometry/moving_blocks.hpp>
 
@@ -231,6 +232,23 @@ TEST(MovingBlocks, WhatCameIsMarkedAndHardlyMore) {
   EXPECT_TRUE(moving_blocks(after, before, SE3()).empty());
   EXPECT_GT(drop_blocks(after, marks), 0.1);
   EXPECT_TRUE(moving_blocks(before, after, SE3()).empty());
+}
+
+TEST(GainedAgreement, IsOfTheRightPoseOverOneThatIsOff) {
+  Camera camera;
+  const DepthBlocks key = depth_blocks(camera.see(room(), pose(0), 0));
+  const DepthBlocks now = depth_blocks(camera.see(room(), pose(0), 1));
+  const BlockGate gate{0, 4, 0, 0.8F, 2.5e-5F};
+  const SE3 off(SO3::rot_y(0.02), {0.03, 0, 0.02});
+  EXPECT_EQ(gained_agreement(key, now, off, off, 2, gate), 0);
+  EXPECT_GT(gained_agreement(key, now, off, SE3(), 2, gate), 0.2);
+  EXPECT_NEAR(gained_agreement(key, now, off, SE3(), 2, gate),
+              -gained_agreement(key, now, SE3(), off, 2, gate), 1e-6);
+  // Blocks that leave the view count for neither: a wall alone fits as well wherever it is slid.
+  const Planes wall{{{-1, 0, 0}, -2}};
+  const DepthBlocks plain = depth_blocks(camera.see(wall, SE3(), 0));
+  const SE3 aside(SO3(), {0.5, 0, 0});  // along the wall, camera frame
+  EXPECT_NEAR(gained_agreement(plain, plain, SE3(), aside, 2, gate), 0, 0.05);
 }
 
 TEST(MovingBlocks, FewPlacesAreNoise) {

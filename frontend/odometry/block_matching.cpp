@@ -1,0 +1,135 @@
+// Association and sums, block by block.
+#include <lamina/frontend/odometry/block_matching.hpp>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace lamina {
+namespace {
+
+/// Robust weight of a block at T_key_current = (R, t): 1 where it fits exactly, 0 where not at all,
+/// nothing where the key frame has no block to compare it with.
+std::optional<float> agreement(const DepthBlocks& key, const DepthBlock& c,
+                               const Eigen::Matrix3f& R, const Eigen::Vector3f& t,
+                               const BlockGate& gate) {
+  const Eigen::Vector3f q = R * c.point + t;
+  if (q.z() < 0.1F) return std::nullopt;
+  const float u = static_cast<float>(key.fx) * q.x() / q.z() + static_cast<float>(key.cx + 0.5);
+  const float v = static_cast<float>(key.fy) * q.y() / q.z() + static_cast<float>(key.cy + 0.5);
+  if (!(u >= 0 && v >= 0 && u < static_cast<float>(key.width) &&
+        v < static_cast<float>(key.height))) {
+    return std::nullopt;
+  }
+  const DepthBlock& k = key.at(static_cast<int>(u), static_cast<int>(v));
+  if (!k.oriented()) return std::nullopt;
+  if ((R * c.normal).dot(k.normal) < gate.cosine) return 0.0F;
+  const float e = k.normal.dot(q - k.point);
+  const float limit =
+      gate.sigmas * std::sqrt(c.sigma * c.sigma + k.sigma * k.sigma + gate.surface_variance);
+  if (std::abs(e) > limit) return 0.0F;
+  const float r = e / (0.5F * limit), root = 1 + r * r;
+  return 1 / (root * root);
+}
+
+}  // namespace
+
+void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T_key_current,
+                int stride, const BlockGate& gate, BlockSums& sums) {
+  const Eigen::Matrix3f R = T_key_current.so3().matrix().cast<float>();
+  const Eigen::Vector3f t = T_key_current.translation().cast<float>();
+  const auto fx = static_cast<float>(key.fx), fy = static_cast<float>(key.fy);
+  const auto cx = static_cast<float>(key.cx + 0.5), cy = static_cast<float>(key.cy + 0.5);
+  for (int v = 0; v < current.height; v += stride) {
+    // Sums of a row in float, of rows in double: fast, and safe.
+    Eigen::Matrix<float, 6, 6> H = Eigen::Matrix<float, 6, 6>::Zero();
+    Eigen::Matrix<float, 6, 1> b = Eigen::Matrix<float, 6, 1>::Zero();
+    float spurious = 0;
+    for (int u = 0; u < current.width; u += stride) {
+      const DepthBlock& c = current.at(u, v);
+      if (!c.oriented()) continue;
+      ++sums.tried;
+      const Eigen::Vector3f q = R * c.point + t;
+      if (q.z() < 0.1F) continue;
+      const float fu = fx * q.x() / q.z() + cx, fv = fy * q.y() / q.z() + cy;
+      if (!(fu >= 0 && fv >= 0 && fu < static_cast<float>(key.width) &&
+            fv < static_cast<float>(key.height))) {
+        continue;
+      }
+      const DepthBlock& k = key.at(static_cast<int>(fu), static_cast<int>(fv));
+      if (!k.oriented()) continue;
+      const Eigen::Vector3f n = R.transpose() * k.normal;
+      if (n.dot(c.normal) < gate.cosine) continue;
+      const float e = k.normal.dot(q - k.point);
+      const float variance = c.sigma * c.sigma + k.sigma * k.sigma + gate.surface_variance;
+      const float limit = std::max(gate.distance, gate.sigmas * std::sqrt(variance));
+      if (std::abs(e) > limit || (q - k.point).squaredNorm() > gate.beside * q.z() * q.z())
+        continue;
+      // Geman-McClure-like: half weight at half the gate.
+      const float r = e / (0.5F * limit), root = 1 + r * r;
+      const float w = 1 / (variance * root * root);
+      Eigen::Matrix<float, 6, 1> J;
+      const Eigen::Vector3f m = c.point.cross(n);
+      J << n.x(), n.y(), n.z(), m.x(), m.y(), m.z();
+      H.noalias() += (w * J) * J.transpose();
+      b -= (w * e) * J;
+      sums.agreement += static_cast<double>(1 / (root * root));
+      sums.squares += static_cast<double>(e * e);
+      spurious += w * k.tilt * k.tilt;
+      ++sums.used;
+    }
+    sums.H += H.cast<double>();
+    sums.b += b.cast<double>();
+    sums.spurious += static_cast<double>(spurious);
+  }
+}
+
+double gained_agreement(const DepthBlocks& key, const DepthBlocks& current, const SE3& from,
+                        const SE3& to, int stride, const BlockGate& gate) {
+  const Eigen::Matrix3f R_from = from.so3().matrix().cast<float>();
+  const Eigen::Matrix3f R_to = to.so3().matrix().cast<float>();
+  const Eigen::Vector3f t_from = from.translation().cast<float>();
+  const Eigen::Vector3f t_to = to.translation().cast<float>();
+  double sum = 0;
+  int common = 0;
+  for (int v = 0; v < current.height; v += stride) {
+    for (int u = 0; u < current.width; u += stride) {
+      const DepthBlock& c = current.at(u, v);
+      if (!c.oriented()) continue;
+      const auto before = agreement(key, c, R_from, t_from, gate);
+      const auto after = before ? agreement(key, c, R_to, t_to, gate) : std::nullopt;
+      if (!after) continue;
+      sum += static_cast<double>(*after - *before);
+      ++common;
+    }
+  }
+  return common > 0 ? sum / common : 0;
+}
+
+std::vector<Vector6d> without_weak_directions(Matrix6d& H, Vector6d& b, double lever,
+                                              double limit) {
+  Vector6d unit;
+  unit << 1, 1, 1, 1 / lever, 1 / lever, 1 / lever;
+  const Matrix6d scaled = unit.asDiagonal() * H * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled);
+  Matrix6d kept = Matrix6d::Zero(), held = Matrix6d::Zero();
+  std::vector<Vector6d> missing;
+  for (int i = 0; i < 6; ++i) {
+    if (!(eigen.eigenvalues()(i) >= limit)) {
+      missing.push_back(unit.asDiagonal() * eigen.eigenvectors().col(i));
+      continue;
+    }
+    const Matrix6d direction =
+        eigen.eigenvectors().col(i) * eigen.eigenvectors().col(i).transpose();
+    held += direction;
+    kept += eigen.eigenvalues()(i) * direction;
+  }
+  if (!missing.empty()) {
+    const Vector6d back = unit.cwiseInverse();
+    H = back.asDiagonal() * kept * back.asDiagonal();
+    b = back.asDiagonal() * held * unit.asDiagonal() * b;
+  }
+  return missing;
+}
+
+}  // namespace lamina

@@ -1,0 +1,46 @@
+// Blocks of one depth image against a key frame's: projective association, point to plane.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include <lamina/frontend/odometry/depth_blocks.hpp>
+#include <lamina/models/lie/se3.hpp>
+
+namespace lamina {
+
+/// What still counts as the same surface.
+struct BlockGate {
+  float distance;          ///< m off the plane, or
+  float sigmas;            ///< as many of both blocks' noise
+  float beside;            ///< squared share of the depth that the points may be apart
+  float cosine;            ///< between the normals
+  float surface_variance;  ///< m^2, of surfaces within blocks
+};
+
+/// Normal equations of T_key_current (right tangent, camera frame), and what the blocks say.
+struct BlockSums {
+  Matrix6d H = Matrix6d::Zero();
+  Vector6d b = Vector6d::Zero();
+  double squares = 0;    ///< m^2, distances off the planes
+  double agreement = 0;  ///< sum of robust weights, 1 for a block that fits exactly
+  double spurious = 0;   ///< information that noise of the normals makes in any direction
+  int used = 0, tried = 0;
+};
+
+/// Adds every stride-th block of `current` that falls on one of `key` and passes the gate, with
+/// Geman-McClure-like weights: a quarter at half the gate.
+void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T_key_current,
+                int stride, const BlockGate& gate, BlockSums& sums);
+
+/// By how much the mean robust weight of the blocks at one pose (T_key_current) is above that at
+/// another, of those that meet a block of `key` at both: what leaves the view counts for neither.
+/// The gate is `sigmas` of the noise alone.
+double gained_agreement(const DepthBlocks& key, const DepthBlocks& current, const SE3& from,
+                        const SE3& to, int stride, const BlockGate& gate);
+
+/// Keeps what surfaces hold: H and b without directions below `limit`, angles brought to metres by
+/// `lever`. Returns those that are missing, as tangents.
+std::vector<Vector6d> without_weak_directions(Matrix6d& H, Vector6d& b, double lever, double limit);
+
+}  // namespace lamina
