@@ -82,6 +82,9 @@ function(lamina_set_flags target)
     target_compile_options(${target} PRIVATE -O1 -fsanitize=${LAMINA_SANITIZE} -fno-omit-frame-pointer
                                              -fno-sanitize=null,alignment,object-size,vptr
                                              -fno-sanitize-recover=all)
+    # Eigen frees by other rules under the address sanitizer than the libraries of the distribution
+    # allocate (ceres, pcl): malloc is aligned to 16 bytes there, too.
+    target_compile_definitions(${target} PRIVATE EIGEN_MALLOC_ALREADY_ALIGNED=1)
     target_link_options(${target} PUBLIC -fsanitize=${LAMINA_SANITIZE})
   endif()
 endfunction()
@@ -147,6 +150,9 @@ function(lamina_add_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
+  endif()
+  if(LAMINA_SANITIZE)
+    math(EXPR ARG_TIMEOUT "10 * ${ARG_TIMEOUT}")
   endif()
   add_executable(${name}_test ${ARG_SOURCES})
   lamina_set_flags(${name}_test lamina_test_pch)
