@@ -51,6 +51,32 @@ ErrorStatistics distances(const std::vector<Pair>& pairs, const SE3& T_reference
   return statistics(std::move(errors));
 }
 
+// Points on a line leave a turn about it open, or to millimetres of noise: attitudes tell it then.
+// The turn in the reference's frame, about the middle of its path.
+SE3 turn_about_line(const std::vector<Pair>& pairs, const SE3& T_reference_estimate) {
+  constexpr double kStraight = 1e-4;  // squared ratio of the path's widths: 2 cm beside 2 m
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Pair& p : pairs) {
+    mean += p.reference.translation() / static_cast<double>(pairs.size());
+  }
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero(), turns = Eigen::Matrix3d::Zero();
+  for (const Pair& p : pairs) {
+    const Eigen::Vector3d d = p.reference.translation() - mean;
+    scatter += d * d.transpose();
+    turns +=
+        (p.reference.so3() * (T_reference_estimate.so3() * p.estimate.so3()).inverse()).matrix();
+  }
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(scatter, Eigen::ComputeFullU);
+  if (svd.singularValues()(1) > kStraight * svd.singularValues()(0)) return SE3();
+  // Over rotations R(angle) about the axis, the sum of tr(R' turn) is largest here.
+  const Eigen::Vector3d axis = svd.matrixU().col(0);
+  const Eigen::Vector3d skew(turns(2, 1) - turns(1, 2), turns(0, 2) - turns(2, 0),
+                             turns(1, 0) - turns(0, 1));
+  const double angle = std::atan2(axis.dot(skew), turns.trace() - axis.dot(turns * axis));
+  const SO3 R = SO3::exp(angle * axis);
+  return SE3(R, mean - R * mean);
+}
+
 void relative_errors(const std::vector<Pair>& pairs, TrajectoryError& result) {
   std::vector<double> metres, degrees;
   std::size_t j = 0;
@@ -104,6 +130,7 @@ std::optional<TrajectoryError> trajectory_error(const Trajectory& estimate,
   }
   result.T_reference_estimate = align(points_reference, points_estimate);
   result.ate_m = distances(pairs, result.T_reference_estimate);
+  const SE3 turn = turn_about_line(pairs, result.T_reference_estimate);
   result.ate_first_m = distances(pairs, pairs.front().reference * pairs.front().estimate.inverse());
   result.ate_unaligned_m = distances(pairs, SE3());
   std::vector<double> angles;
@@ -111,8 +138,9 @@ std::optional<TrajectoryError> trajectory_error(const Trajectory& estimate,
     const SE3 aligned = result.T_reference_estimate * p.estimate;
     result.times.push_back(p.stamp.seconds());
     result.errors_m.push_back((aligned.translation() - p.reference.translation()).norm());
-    angles.push_back((p.reference.so3().inverse() * aligned.so3()).log().norm() / kDegree);
+    angles.push_back((p.reference.so3().inverse() * (turn * aligned).so3()).log().norm() / kDegree);
   }
+  result.T_reference_estimate = turn * result.T_reference_estimate;
   result.ate_deg = statistics(std::move(angles));
   relative_errors(pairs, result);
   return result;

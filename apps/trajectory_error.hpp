@@ -27,7 +27,9 @@ struct TrajectoryError {
 };
 
 /// The reference is interpolated to the estimate's stamps (between samples at most `max_gap`
-/// apart); [Sturm2012] defines ATE and RPE, [Umeyama1991] the alignment, here without scale.
+/// apart); [Sturm2012] defines ATE and RPE, [Umeyama1991] the alignment, here without scale. Where
+/// the path is a line, positions leave a turn about it open: attitudes tell it (ate_deg and
+/// T_reference_estimate; distances are those of the positions' alignment).
 /// nullopt when fewer than two stamps meet.
 std::optional<TrajectoryError> trajectory_error(const Trajectory& estimate,
                                                 const Trajectory& reference, double max_gap = 0.5);

@@ -124,18 +124,6 @@ std::vector<SE3> DepthOdometry::other_starts(const SE3& predicted, const SE3& T_
   return starts;
 }
 
-// What moves by itself draws the coarse steps along. Unless they found clearly more than fine steps
-// alone, these are believed.
-void DepthOdometry::stay_near(const DepthBlocks& current, const SE3& predicted,
-                              const Matrix6d& prior, Alignment& a) const {
-  Alignment near;
-  near.T_world_camera = predicted;
-  align(current, predicted, prior, near, 0, options_.fine_iterations);
-  if (fit(current, a.T_world_camera) < fit(current, near.T_world_camera) + options_.search_gain) {
-    a = near;
-  }
-}
-
 void DepthOdometry::search(const DepthBlocks& current, const Matrix6d& prior,
                            const std::vector<SE3>& starts, Alignment& a) const {
   double best = fit(current, a.T_world_camera) + options_.search_gain;
@@ -209,7 +197,6 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   const SE3 predicted = T_world_camera_ * step;
   a.T_world_camera = predicted;
   align(current, predicted, prior, a, options_.coarse_iterations, options_.fine_iterations);
-  if (a.matched < options_.search_matched) stay_near(current, predicted, prior, a);
   if (!guess && !keys_.empty() && (a.matched < options_.search_matched || a.unknown > 0)) {
     search(current, prior, other_starts(predicted, T_body_camera, options_.sigma_turn * ratio), a);
   }

@@ -96,9 +96,6 @@ class DepthOdometry {
   struct Alignment;
   void align(const DepthBlocks& current, const SE3& predicted, const Matrix6d& prior,
              Alignment& alignment, int coarse_iterations, int fine_iterations) const;
-  /// Takes the result of fine steps from `predicted` unless `alignment` fits clearly more.
-  void stay_near(const DepthBlocks& current, const SE3& predicted, const Matrix6d& prior,
-                 Alignment& alignment) const;
   /// Tries other starts (T_world_camera) and takes the best, if it is clearly better.
   void search(const DepthBlocks& current, const Matrix6d& prior, const std::vector<SE3>& starts,
               Alignment& alignment) const;

@@ -36,6 +36,21 @@ TEST(TrajectoryError, MeasuresAKnownWobble) {
   EXPECT_NEAR(error->ate_unaligned_m.max, 0.05, 1e-9);
 }
 
+// Millimetres beside a straight path say nothing of the turn about it.
+TEST(TrajectoryError, AStraightPathIsAlignedByAttitudes) {
+  Trajectory reference, estimate;
+  for (int i = 0; i < 100; ++i) {
+    const Timestamp t = Timestamp::from_seconds(0.1 * i);
+    reference.add(t, SE3::planar(0.05 * i, 0.001 * (i % 3), 0));
+    estimate.add(t, SE3(SO3::rot_x(0.002), {0.05 * i, -0.001 * (i % 3), 0.001 * (i % 2)}));
+  }
+  const auto error = trajectory_error(estimate, reference);
+  ASSERT_TRUE(error);
+  EXPECT_LT(error->ate_deg.max, 1);
+  EXPECT_LT(error->T_reference_estimate.so3().log().norm(), 0.01);
+  EXPECT_LT(error->ate_m.rmse, 0.003);
+}
+
 TEST(TrajectoryError, NeedsTwoStampsThatMeet) {
   Trajectory one;
   one.add(Timestamp::from_seconds(1000), SE3());
