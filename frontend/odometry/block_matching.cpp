@@ -14,15 +14,9 @@ std::optional<float> agreement(const DepthBlocks& key, const DepthBlock& c,
                                const Eigen::Matrix3f& R, const Eigen::Vector3f& t,
                                const BlockGate& gate) {
   const Eigen::Vector3f q = R * c.point + t;
-  if (q.z() < 0.1F) return std::nullopt;
-  const float u = static_cast<float>(key.fx) * q.x() / q.z() + static_cast<float>(key.cx + 0.5);
-  const float v = static_cast<float>(key.fy) * q.y() / q.z() + static_cast<float>(key.cy + 0.5);
-  if (!(u >= 0 && v >= 0 && u < static_cast<float>(key.width) &&
-        v < static_cast<float>(key.height))) {
-    return std::nullopt;
-  }
-  const DepthBlock& k = key.at(static_cast<int>(u), static_cast<int>(v));
-  if (!k.oriented()) return std::nullopt;
+  const DepthBlock* under = block_under(key, q);
+  if (!under || !under->oriented()) return std::nullopt;
+  const DepthBlock& k = *under;
   if ((R * c.normal).dot(k.normal) < gate.cosine) return 0.0F;
   const float e = k.normal.dot(q - k.point);
   const float limit =
@@ -38,8 +32,6 @@ void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T
                 int stride, const BlockGate& gate, BlockSums& sums) {
   const Eigen::Matrix3f R = T_key_current.so3().matrix().cast<float>();
   const Eigen::Vector3f t = T_key_current.translation().cast<float>();
-  const auto fx = static_cast<float>(key.fx), fy = static_cast<float>(key.fy);
-  const auto cx = static_cast<float>(key.cx + 0.5), cy = static_cast<float>(key.cy + 0.5);
   for (int v = 0; v < current.height; v += stride) {
     // Sums of a row in float, of rows in double: fast, and safe.
     Eigen::Matrix<float, 6, 6> H = Eigen::Matrix<float, 6, 6>::Zero();
@@ -50,14 +42,9 @@ void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T
       if (!c.oriented()) continue;
       ++sums.tried;
       const Eigen::Vector3f q = R * c.point + t;
-      if (q.z() < 0.1F) continue;
-      const float fu = fx * q.x() / q.z() + cx, fv = fy * q.y() / q.z() + cy;
-      if (!(fu >= 0 && fv >= 0 && fu < static_cast<float>(key.width) &&
-            fv < static_cast<float>(key.height))) {
-        continue;
-      }
-      const DepthBlock& k = key.at(static_cast<int>(fu), static_cast<int>(fv));
-      if (!k.oriented()) continue;
+      const DepthBlock* under = block_under(key, q);
+      if (!under || !under->oriented()) continue;
+      const DepthBlock& k = *under;
       const Eigen::Vector3f n = R.transpose() * k.normal;
       if (n.dot(c.normal) < gate.cosine) continue;
       const float e = k.normal.dot(q - k.point);

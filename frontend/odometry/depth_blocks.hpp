@@ -38,6 +38,20 @@ struct DepthBlocks {
   }
 };
 
+/// The block of `blocks` that a point falls on (camera frame of `blocks`, m); null: beside the
+/// image, or nearer than 0.1 m. What it points at may be without a measurement.
+inline const DepthBlock* block_under(const DepthBlocks& blocks, const Eigen::Vector3f& point) {
+  constexpr float kNearest = 0.1F;
+  if (point.z() < kNearest) return nullptr;
+  const float u =
+      static_cast<float>(blocks.fx) * point.x() / point.z() + static_cast<float>(blocks.cx + 0.5);
+  const float v =
+      static_cast<float>(blocks.fy) * point.y() / point.z() + static_cast<float>(blocks.cy + 0.5);
+  const bool inside = u >= 0 && v >= 0 && u < static_cast<float>(blocks.width) &&
+                      v < static_cast<float>(blocks.height);
+  return inside ? &blocks.at(static_cast<int>(u), static_cast<int>(v)) : nullptr;
+}
+
 template <class A>
 void fields(A& a, DepthBlock& v) {
   a(v.point, v.normal, v.sigma, v.tilt);

@@ -49,22 +49,17 @@ std::vector<std::uint8_t> moving_blocks(const DepthBlocks& back, const DepthBloc
                                         const SE3& T_back_front) {
   const Eigen::Matrix3f R = T_back_front.so3().matrix().cast<float>();
   const Eigen::Vector3f t = T_back_front.translation().cast<float>();
-  const auto fx = static_cast<float>(back.fx), fy = static_cast<float>(back.fy);
-  const auto cx = static_cast<float>(back.cx + 0.5), cy = static_cast<float>(back.cy + 0.5);
   std::vector<std::uint8_t> marks(front.blocks.size(), 0);
   std::size_t met = 0, before = 0;
   for (std::size_t i = 0; i < front.blocks.size(); ++i) {
     const DepthBlock& c = front.blocks[i];
     if (!c.oriented()) continue;
     const Eigen::Vector3f q = R * c.point + t;
-    if (q.z() < 0.1F) continue;
-    const float u = fx * q.x() / q.z() + cx, v = fy * q.y() / q.z() + cy;
-    if (!(u >= 0 && v >= 0 && u < static_cast<float>(back.width) &&
-          v < static_cast<float>(back.height))) {
-      continue;
-    }
+    const DepthBlock* under = block_under(back, q);
+    if (!under) continue;
     ++met;
-    if (!before_all(back, static_cast<int>(u), static_cast<int>(v), q.z(), c.sigma)) continue;
+    const int at = static_cast<int>(under - back.blocks.data());
+    if (!before_all(back, at % back.width, at / back.width, q.z(), c.sigma)) continue;
     marks[i] = 1;
     ++before;
   }
