@@ -2,6 +2,8 @@
 #include <lamina/frontend/floor/blocks.hpp>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 
 #include <lamina/frontend/floor/lanes.hpp>
@@ -30,20 +32,19 @@ bool full_block8(const float* origin, std::ptrdiff_t stride, float center_u, flo
                  Block& block) {
   const float shift = origin[3 * stride + 3];
   if (!(shift > 0)) return false;
-  Float4 sum[2] = {{}, {}}, square{}, down[2] = {{}, {}};
-  Int4 bad{};
+  Float4 sum[2] = {{}, {}}, square{}, down[2] = {{}, {}}, least = all(shift);
   for (int r = 0; r < 8; ++r) {
     const float y = static_cast<float>(r) - 3.5F;
     for (int half = 0; half < 2; ++half) {
       const Float4 d = load4(origin + r * stride + 4 * half);
-      bad |= d <= 0.0F;
+      least = d < least ? d : least;
       const Float4 e = d - shift;
       sum[half] += e;
       square += e * e;
       down[half] += e * y;
     }
   }
-  if ((bad[0] | bad[1] | bad[2] | bad[3]) != 0) return false;
+  if (any4(least <= 0.0F)) return false;
   const float s = sum4(sum[0] + sum[1]);
   const float cud = sum4(sum[0] * kLeft + sum[1] * kRight);
   const float cvd = sum4(down[0] + down[1]);
@@ -79,17 +80,24 @@ void set_block(const BlockSums& s, float u, float v, float shift, Block& block) 
 // Some of the 64 pixels valid.
 void broken_block8(const float* origin, std::ptrdiff_t stride, float center_u, float center_v,
                    Block& block) {
-  float shift = 0;
+  float shift = 0;  // the largest of the first row that has any
   for (int r = 0; r < 8 && !(shift > 0); ++r) {
-    for (int c = 0; c < 8; ++c) shift = std::max(shift, origin[r * stride + c]);
+    const Float4 a = load4(origin + r * stride), b = load4(origin + r * stride + 4);
+    const Float4 most = a > b ? a : b;
+    shift = std::max(std::max(most[0], most[1]), std::max(most[2], most[3]));
+  }
+  if (!(shift > 0)) {
+    block = Block();
+    return;
   }
   BlockSums sums;
-  for (int r = 0; r < 8; ++r) {
-    const float y = static_cast<float>(r) - 3.5F;
-    for (int half = 0; half < 2; ++half) {
+  for (int half = 0; half < 2; ++half) {
+    HalfSums s;
+    for (int r = 0; r < 8; ++r) {
       const Float4 d = load4(origin + r * stride + 4 * half);
-      sums.add(half, d > 0.0F, d - shift, y);
+      s.add(d > 0.0F, d - shift, all(static_cast<float>(r) - 3.5F));
     }
+    sums.half[half] = s;
   }
   set_block(sums, center_u, center_v, shift, block);
 }
@@ -177,25 +185,6 @@ void fill_disparity(const DepthFrame& frame, DisparityImage& image) {
   }
 }
 
-DisparitySums Block::sums() const {
-  DisparitySums s;
-  const double N = n, U = u, V = v, D = d;
-  // Centred sums of (u, d) and (v, d) follow from the block's own plane.
-  const double cud = static_cast<double>(a) * cuu + static_cast<double>(b) * cuv;
-  const double cvd = static_cast<double>(a) * cuv + static_cast<double>(b) * cvv;
-  s.n = N;
-  s.u = N * U;
-  s.v = N * V;
-  s.d = N * D;
-  s.uu = cuu + N * U * U;
-  s.uv = cuv + N * U * V;
-  s.vv = cvv + N * V * V;
-  s.ud = cud + N * U * D;
-  s.vd = cvd + N * V * D;
-  s.dd = sse + static_cast<double>(a) * cud + static_cast<double>(b) * cvd + N * D * D;
-  return s;
-}
-
 void fill_blocks(const DisparityImage& image, const DisparityGeometry& g, int size,
                  BlockImage& blocks) {
   blocks.size = size;
@@ -224,6 +213,33 @@ void fill_blocks(const DisparityImage& image, const DisparityGeometry& g, int si
   }
 }
 
+namespace {
+
+// The value std::nth_element finds. Values are counted by the top bits of their order-preserving
+// integers first, so that only a small share of them has to be ordered.
+float nth_smallest(std::vector<float>& values, std::size_t n) {
+  constexpr std::uint32_t kSign = 0x80000000U;
+  constexpr int kShift = 21;
+  const auto bin_of = [](float x) {
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(x);
+    return ((bits & kSign) != 0 ? ~bits : bits | kSign) >> kShift;
+  };
+  std::array<std::uint32_t, (std::size_t{1} << (32 - kShift))> count{};
+  for (const float x : values) ++count[bin_of(x)];
+  std::uint32_t bin = 0;
+  for (; n >= count[bin]; ++bin) n -= count[bin];
+  std::size_t kept = 0;
+  for (const float x : values) {
+    values[kept] = x;
+    kept += bin_of(x) == bin;
+  }
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(n);
+  std::nth_element(values.begin(), at, values.begin() + static_cast<std::ptrdiff_t>(kept));
+  return *at;
+}
+
+}  // namespace
+
 double noise_scale(const BlockImage& blocks, double disparity_sigma) {
   std::vector<float> variances;
   variances.reserve(blocks.blocks.size());
@@ -235,18 +251,17 @@ double noise_scale(const BlockImage& blocks, double disparity_sigma) {
     variances.push_back((block.sse / (block.n - 3) - jitter) / model);
   }
   if (variances.size() < 20 || !(disparity_sigma > 0)) return 1.0;
-  const auto at = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 4);
-  std::nth_element(variances.begin(), at, variances.end());
-  return std::sqrt(std::clamp(static_cast<double>(*at), 1.0, 16.0));
+  const float quarter = nth_smallest(variances, variances.size() / 4);
+  return std::sqrt(std::clamp(static_cast<double>(quarter), 1.0, 16.0));
 }
 
 double shared_variance(const BlockImage& blocks, double variance_of_mean, double model) {
   constexpr int kStep = 6;
   constexpr double kLargest = 0.15 * 0.15;
-  std::vector<float> differences;
-  differences.reserve(2 * blocks.blocks.size());
+  std::vector<float> differences(2 * blocks.blocks.size());
+  std::size_t count = 0;
   const auto take = [&](const Block& a, const Block& b, const Block& c) {
-    if (a.flat && b.flat && c.flat) differences.push_back(std::abs(a.d - 2 * b.d + c.d));
+    if (b.flat && c.flat) differences[count++] = std::abs(a.d - 2 * b.d + c.d);
   };
   for (int r = 0; r < blocks.rows; ++r) {
     for (int c = 0; c < blocks.columns; ++c) {
@@ -259,12 +274,12 @@ double shared_variance(const BlockImage& blocks, double variance_of_mean, double
       }
     }
   }
-  if (differences.size() < 100) return model;
+  differences.resize(count);
+  if (count < 100) return model;
   // The 30 % quantile of |x| of a normal variable is 0.385 sigma; edges sit in the upper part.
-  const auto at = differences.begin() +
-                  static_cast<std::ptrdiff_t>(0.3 * static_cast<double>(differences.size()));
-  std::nth_element(differences.begin(), at, differences.end());
-  const double sigma = static_cast<double>(*at) / 0.385;
+  const float quantile = nth_smallest(
+      differences, static_cast<std::size_t>(0.3 * static_cast<double>(differences.size())));
+  const double sigma = static_cast<double>(quantile) / 0.385;
   return std::clamp(sigma * sigma / 6 - variance_of_mean, model, std::max(model, kLargest));
 }
 

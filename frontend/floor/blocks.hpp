@@ -48,6 +48,26 @@ struct Block {
   }
 };
 
+// Here to be inlined: the plane stage asks for them some twenty thousand times a frame.
+inline DisparitySums Block::sums() const {
+  DisparitySums s;
+  const double N = n, U = u, V = v, D = d;
+  // Centred sums of (u, d) and (v, d) follow from the block's own plane.
+  const double cud = static_cast<double>(a) * cuu + static_cast<double>(b) * cuv;
+  const double cvd = static_cast<double>(a) * cuv + static_cast<double>(b) * cvv;
+  s.n = N;
+  s.u = N * U;
+  s.v = N * V;
+  s.d = N * D;
+  s.uu = cuu + N * U * U;
+  s.uv = cuv + N * U * V;
+  s.vv = cvv + N * V * V;
+  s.ud = cud + N * U * D;
+  s.vd = cvd + N * V * D;
+  s.dd = sse + static_cast<double>(a) * cud + static_cast<double>(b) * cvd + N * D * D;
+  return s;
+}
+
 struct BlockImage {
   int size = 8, columns = 0, rows = 0;
   std::vector<Block> blocks;

@@ -36,34 +36,6 @@ void DisparitySums::add(double pu, double pv, double pd) {
   dd += pd * pd;
 }
 
-DisparitySums& DisparitySums::operator+=(const DisparitySums& o) {
-  n += o.n;
-  u += o.u;
-  v += o.v;
-  d += o.d;
-  uu += o.uu;
-  uv += o.uv;
-  vv += o.vv;
-  ud += o.ud;
-  vd += o.vd;
-  dd += o.dd;
-  return *this;
-}
-
-DisparitySums& DisparitySums::operator-=(const DisparitySums& o) {
-  n -= o.n;
-  u -= o.u;
-  v -= o.v;
-  d -= o.d;
-  uu -= o.uu;
-  uv -= o.uv;
-  vv -= o.vv;
-  ud -= o.ud;
-  vd -= o.vd;
-  dd -= o.dd;
-  return *this;
-}
-
 DisparitySums DisparitySums::shifted(double su, double sv, double sd) const {
   DisparitySums s;
   s.n = n;

@@ -35,8 +35,32 @@ struct DisparitySums {
   double n = 0, u = 0, v = 0, d = 0, uu = 0, uv = 0, vv = 0, ud = 0, vd = 0, dd = 0;
 
   void add(double pu, double pv, double pd);
-  DisparitySums& operator+=(const DisparitySums& o);
-  DisparitySums& operator-=(const DisparitySums& o);
+  DisparitySums& operator+=(const DisparitySums& o) {
+    n += o.n;
+    u += o.u;
+    v += o.v;
+    d += o.d;
+    uu += o.uu;
+    uv += o.uv;
+    vv += o.vv;
+    ud += o.ud;
+    vd += o.vd;
+    dd += o.dd;
+    return *this;
+  }
+  DisparitySums& operator-=(const DisparitySums& o) {
+    n -= o.n;
+    u -= o.u;
+    v -= o.v;
+    d -= o.d;
+    uu -= o.uu;
+    uv -= o.uv;
+    vv -= o.vv;
+    ud -= o.ud;
+    vd -= o.vd;
+    dd -= o.dd;
+    return *this;
+  }
 
   /// The same pixels, measured from a place that lies (u, v, d) before the present origin.
   DisparitySums shifted(double du, double dv, double dd) const;

@@ -33,21 +33,39 @@ struct PixelColumns {
                    lanes::Int4{} + (near.label[k] + 1)};
     }
   }
-  // Best plane for each of four pixels side by side in row v from the principal point.
-  lanes::Int4 label(const lanes::Float4& d, std::size_t half, const lanes::Float4& v,
-                    const lanes::Float4& limit) const {
-    lanes::Float4 best = {1e9F, 1e9F, 1e9F, 1e9F};
-    lanes::Int4 label = {};
-    for (std::size_t k = 0; k < count; ++k) {
-      const Plane& p = planes[k];
-      const lanes::Float4 r = d - (p.start[half] + p.b * v + p.c + p.step);
-      const lanes::Float4 misfit = p.weight * r * r;
-      const lanes::Float4 cost = misfit + p.offset;
-      const lanes::Int4 better = (misfit <= limit) & (cost < best);
-      label = (better & p.mark) | (~better & label);
-      best = better ? cost : best;
+  // Best plane for each of eight pixels side by side in row v from the principal point.
+  void label(const float* d, float row, float most, std::uint8_t* out) const {
+    using namespace lanes;
+    const Float4 v = all(row), limit = all(most);
+    const Float4 measured[2] = {load4(d), load4(d + 4)};
+    Int4 label[2];
+    Float4 best[2];
+    const Float4 down = planes[0].b * v;
+    for (int half = 0; half < 2; ++half) {
+      const Float4 misfit = misfit_of(planes[0], half, measured[half], down);
+      const Int4 good = misfit <= limit;
+      label[half] = good & planes[0].mark;
+      best[half] = good ? misfit + planes[0].offset : all(1e9F);
     }
-    return label & (d > 0.0F);
+    for (std::size_t k = 1; k < count; ++k) {
+      const Plane& p = planes[k];
+      const Float4 below = p.b * v;
+      for (int half = 0; half < 2; ++half) {
+        const Float4 misfit = misfit_of(p, half, measured[half], below);
+        const Float4 cost = misfit + p.offset;
+        const Int4 better = (misfit <= limit) & (cost < best[half]);
+        label[half] = (better & p.mark) | (~better & label[half]);
+        best[half] = better ? cost : best[half];
+      }
+    }
+    store8(out, label[0] & (measured[0] > 0.0F), label[1] & (measured[1] > 0.0F));
+  }
+
+ private:
+  static lanes::Float4 misfit_of(const Plane& p, int half, const lanes::Float4& d,
+                                 const lanes::Float4& down) {
+    const lanes::Float4 r = d - (p.start[half] + down + p.c + p.step);
+    return p.weight * r * r;
   }
 };
 
@@ -56,9 +74,7 @@ inline void label_eight(const float* d, int count, const PixelColumns& near, flo
                         std::uint8_t* out) {
   constexpr int kRow = PixelColumns::kRow;
   if (count == kRow) {
-    const lanes::Float4 row = v + lanes::Float4{}, most = limit + lanes::Float4{};
-    lanes::store4(out, near.label(lanes::load4(d), 0, row, most));
-    lanes::store4(out + 4, near.label(lanes::load4(d + 4), 1, row, most));
+    near.label(d, v, limit, out);
     return;
   }
   float padded[kRow] = {};

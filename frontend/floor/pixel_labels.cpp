@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include <lamina/frontend/floor/inner_blocks.hpp>
 #include <lamina/frontend/floor/pixel_columns.hpp>
 
 namespace lamina {
@@ -80,7 +81,13 @@ void PixelLabeller::rename(std::span<const std::int16_t> renamed) {
   is_border.assign(majority_.size(), 0);
   for (const Border& border : border_) {
     is_border[static_cast<std::size_t>(border.block)] = 1;
-    const Window w = window(border.block);
+    const auto last = border.label.begin() + border.count;
+    if (std::all_of(border.label.begin(), last, [renamed](std::int16_t label) {
+          return renamed[static_cast<std::size_t>(label)] == label;
+        })) {
+      continue;
+    }
+    const Window& w = border.window;
     std::uint8_t* out = out_->data() + w.offset;
     for (int v = 0; v < w.height; ++v, out += image_->width) {
       for (int u = 0; u < w.width; ++u) out[u] = marks[out[u]];
@@ -100,32 +107,27 @@ void PixelLabeller::rename(std::span<const std::int16_t> renamed) {
 // Blocks with a whole ring of their own kind are filled; the others make the border.
 void PixelLabeller::fill_inner(const PlaneRegions& regions) {
   const auto labels = regions.labels();
-  const int columns = blocks_->columns, rows = blocks_->rows;
   const float whole = static_cast<float>(blocks_->size * blocks_->size);
   majority_.assign(labels.begin(), labels.end());
-  const auto is_inner = [&](int c, int r, std::int16_t label) {
-    for (int rr = std::max(0, r - 1); rr <= std::min(rows - 1, r + 1); ++rr) {
-      for (int cc = std::max(0, c - 1); cc <= std::min(columns - 1, c + 1); ++cc) {
-        if (labels[static_cast<std::size_t>(blocks_->index(cc, rr))] != label) return false;
-      }
-    }
-    return true;
-  };
-  for (int r = 0; r < rows; ++r) {
-    for (int c = 0; c < columns; ++c) {
-      const int i = blocks_->index(c, r);
+  find_inner(labels, static_cast<std::size_t>(blocks_->columns), inner_, across_);
+  int i = 0;
+  std::size_t offset = 0;
+  const int size = blocks_->size;
+  for (int v0 = 0; v0 < image_->height; v0 += size) {
+    const int height = std::min(image_->height - v0, size);
+    for (int u0 = 0; u0 < image_->width; u0 += size, ++i) {
+      const int width = std::min(image_->width - u0, size);
+      std::uint8_t* const to = out_->data() + offset + u0;
       const Block& block = blocks_->blocks[static_cast<std::size_t>(i)];
-      const std::int16_t label = labels[static_cast<std::size_t>(i)];
-      if (block.n <= 0) continue;
-      if (label < 0 || block.n < whole || !is_inner(c, r, label)) {
-        border_.push_back(neighbours_of(regions, i));
+      const std::int16_t label = inner_[static_cast<std::size_t>(i)];
+      if (label < 0 || block.n < whole) {
+        if (block.n > 0) border_.push_back(neighbours_of(regions, i));
         continue;
       }
-      const Window w = window(i);
-      fill_block(out_->data() + w.offset, image_->width, w.width, w.height,
-                 static_cast<std::uint8_t>(label + 1));
+      fill_block(to, image_->width, width, height, static_cast<std::uint8_t>(label + 1));
       sums_[static_cast<std::size_t>(label)] += block.sums();
     }
+    offset += static_cast<std::size_t>(height) * static_cast<std::size_t>(image_->width);
   }
 }
 
@@ -144,6 +146,7 @@ PixelLabeller::Border PixelLabeller::neighbours_of(const PlaneRegions& regions, 
   const int c0 = block % blocks_->columns, r0 = block / blocks_->columns;
   Border found;
   found.block = block;
+  found.window = window(block);
   std::int16_t last = -1;
   for (int r = std::max(0, r0 - 2); r <= std::min(blocks_->rows - 1, r0 + 2); ++r) {
     for (int c = std::max(0, c0 - 2); c <= std::min(blocks_->columns - 1, c0 + 2); ++c) {
@@ -161,19 +164,17 @@ PixelLabeller::Border PixelLabeller::neighbours_of(const PlaneRegions& regions, 
 
 // What a residual from each of the planes costs: twice the negative logarithm of its likelihood, so
 // that a steep plane's wider noise does not win.
-PixelLabeller::Candidates PixelLabeller::candidates_of(const PlaneRegions& regions,
-                                                       const Border& border) const {
+PixelLabeller::Candidates PixelLabeller::candidates_of(const Border& border) const {
   Candidates found;
   found.count = border.count;
   found.label = border.label;
   for (std::size_t k = 0; k < static_cast<std::size_t>(border.count); ++k) {
-    const DisparityPlane& p = regions.regions()[static_cast<std::size_t>(border.label[k])].plane;
-    found.a[k] = static_cast<float>(p.x());
-    found.b[k] = static_cast<float>(p.y());
-    found.c[k] = static_cast<float>(p.z());
-    const float ratio = 1 + jitter_variance(found.a[k], found.b[k]) / variance_;
-    found.weight[k] = 1 / (variance_ * ratio);
-    found.offset[k] = offset_[static_cast<std::size_t>(border.label[k])];
+    const Cost& cost = costs_[static_cast<std::size_t>(border.label[k])];
+    found.a[k] = cost.plane.x();
+    found.b[k] = cost.plane.y();
+    found.c[k] = cost.plane.z();
+    found.weight[k] = cost.weight;
+    found.offset[k] = cost.offset;
   }
   return found;
 }
@@ -182,10 +183,11 @@ PixelLabeller::Candidates PixelLabeller::candidates_of(const PlaneRegions& regio
 bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, bool again,
                                  float band) {
   bool any = false;
-  offset_.clear();
+  costs_.clear();
   for (const PlaneRegion& region : regions.regions()) {
     const Eigen::Vector3f p = region.plane.cast<float>();
-    offset_.push_back(std::log(1 + jitter_variance(p.x(), p.y()) / variance_));
+    const float ratio = 1 + jitter_variance(p.x(), p.y()) / variance_;
+    costs_.push_back({p, 1 / (variance_ * ratio), std::log(ratio)});
   }
   for (const Border& border : border_) {
     const auto last = border.label.begin() + border.count;
@@ -193,9 +195,9 @@ bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, bool
       return moved_[static_cast<std::size_t>(label)] != 0;
     });
     if (!touched) continue;
-    any = true;
-    const Candidates near = candidates_of(regions, border);
-    const Window w = window(border.block);
+    any = true;  // and its block has a candidate
+    const Candidates near = candidates_of(border);
+    const Window& w = border.window;
     std::uint8_t* const out = out_->data() + w.offset;
     if (again) keep_marks(w);
     for (int u = 0; u < w.width; u += kRow) {
@@ -206,7 +208,7 @@ bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, bool
                     static_cast<float>(v - geometry_->cy), sigmas * sigmas, to);
       }
     }
-    if (band > 0) settle_creases(regions, border.block, near, band);
+    if (band > 0) settle_creases(regions, border, near, band);
     // A block whose pixels stay where they are changes no sums.
     if (again && same_marks(w)) continue;
     if (again) account(border.block, w, {old_marks_.data(), w.width}, near, -1);
@@ -220,23 +222,30 @@ void PixelLabeller::keep_marks(const Window& w) {
   old_marks_.resize(static_cast<std::size_t>(w.width * w.height));
   std::uint8_t* to = old_marks_.data();
   for (int v = 0; v < w.height; ++v, row += image_->width, to += w.width) {
-    std::memcpy(to, row, static_cast<std::size_t>(w.width));
+    if (w.width == kRow) {
+      std::memcpy(to, row, kRow);  // of known length: one load and one store
+    } else {
+      std::memcpy(to, row, static_cast<std::size_t>(w.width));
+    }
   }
 }
 
 bool PixelLabeller::same_marks(const Window& w) const {
   const std::uint8_t *row = out_->data() + w.offset, *old = old_marks_.data();
   for (int v = 0; v < w.height; ++v, row += image_->width, old += w.width) {
-    if (std::memcmp(old, row, static_cast<std::size_t>(w.width)) != 0) return false;
+    const bool same = w.width == kRow
+                          ? std::memcmp(old, row, kRow) == 0
+                          : std::memcmp(old, row, static_cast<std::size_t>(w.width)) == 0;
+    if (!same) return false;
   }
   return true;
 }
 
 // Where two planes meet, noise cannot tell their pixels apart for some rows about the line, but the
 // line can: on one side of it all blocks about are the one's, on the other the other's.
-void PixelLabeller::settle_creases(const PlaneRegions& regions, int block, const Candidates& near,
-                                   float band) {
-  const Window w = window(block);
+void PixelLabeller::settle_creases(const PlaneRegions& regions, const Border& border,
+                                   const Candidates& near, float band) {
+  const Window& w = border.window;
   const float mid_u = static_cast<float>(w.u0 + 0.5 * (w.width - 1) - geometry_->cx);
   const float mid_v = static_cast<float>(w.v0 + 0.5 * (w.height - 1) - geometry_->cy);
   for (std::size_t k = 0; k < static_cast<std::size_t>(near.count); ++k) {
@@ -247,7 +256,8 @@ void PixelLabeller::settle_creases(const PlaneRegions& regions, int block, const
       const float reach = 0.5F * static_cast<float>(blocks_->size) *
                           (std::abs(difference.x()) + std::abs(difference.y()));
       if (std::abs(middle) > reach + band) continue;
-      const float side = side_of(regions, block, near.label[k], near.label[j], difference, band);
+      const float side =
+          side_of(regions, border.block, near.label[k], near.label[j], difference, band);
       if (side == 0) continue;
       const std::uint8_t first = static_cast<std::uint8_t>(near.label[k] + 1);
       const std::uint8_t second = static_cast<std::uint8_t>(near.label[j] + 1);
@@ -290,7 +300,8 @@ void PixelLabeller::account(int block, const Window& w, const Marks& marks, cons
                             int sign) {
   const std::size_t index = static_cast<std::size_t>(block);
   majority_[index] = -1;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(near.count); ++k) {
+  int others = w.width * w.height;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(near.count) && others > 0; ++k) {
     const std::uint8_t mark = static_cast<std::uint8_t>(near.label[k] + 1);
     int count = 0;
     for (int v = 0; v < w.height; ++v) {
@@ -302,6 +313,7 @@ void PixelLabeller::account(int block, const Window& w, const Marks& marks, cons
       }
     }
     if (count == 0) continue;
+    others -= count;
     if (2 * count >= blocks_->size * blocks_->size) majority_[index] = near.label[k];
     DisparitySums& sums = sums_[static_cast<std::size_t>(near.label[k])];
     const bool all = count == w.width * w.height;
@@ -328,21 +340,22 @@ DisparitySums PixelLabeller::sums_of(const Window& w, const Marks& all, std::uin
     const float shift =
         plane.dot(Eigen::Vector3f(static_cast<float>(mid_u), static_cast<float>(mid_v), 1));
     BlockSums sums;
-    for (int v = 0; v < w.height; ++v) {
-      const float y = static_cast<float>(v) - 0.5F * static_cast<float>(w.height - 1);
-      float padded[kRow] = {};
-      std::uint8_t padded_marks[kRow] = {};
-      const float* d = image_->row(w.v0 + v) + w.u0 + u;
-      const std::uint8_t* marks = all.first + static_cast<std::ptrdiff_t>(v) * all.stride + u;
-      if (width < kRow) {
-        std::copy(d, d + width, padded);
-        std::copy(marks, marks + width, padded_marks);
-        d = padded;
-        marks = padded_marks;
+    for (int half = 0; half < 2; ++half) {
+      const int count = std::clamp(width - 4 * half, 0, 4);
+      const float* d = image_->row(w.v0) + w.u0 + u + 4 * half;
+      const std::uint8_t* marks = all.first + u + 4 * half;
+      if (count == 4) {
+        sums.half[half] = marked_sums(d, image_->width, marks, all.stride, w.height, shift, mark);
+        continue;
       }
-      for (int half = 0; half < 2; ++half) {
-        sums.add(half, load4(marks + 4 * half) == mark, load4(d + 4 * half) - shift, y);
+      std::vector<float> padded(4 * static_cast<std::size_t>(w.height), 0.0F);
+      std::vector<std::uint8_t> padded_marks(padded.size(), 0);
+      for (int v = 0; v < w.height; ++v) {
+        std::copy_n(d + std::ptrdiff_t{v} * image_->width, count, &padded[4 * v]);
+        std::copy_n(marks + std::ptrdiff_t{v} * all.stride, count, &padded_marks[4 * v]);
       }
+      sums.half[half] =
+          marked_sums(padded.data(), 4, padded_marks.data(), 4, w.height, shift, mark);
     }
     total += to_sums(sums, mid_u, mid_v, static_cast<double>(shift));
   }

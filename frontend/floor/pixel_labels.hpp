@@ -34,8 +34,8 @@ class PixelLabeller {
 
  private:
   struct Window {
-    int u0, v0, width, height;
-    std::size_t offset;  ///< of its first pixel
+    int u0 = 0, v0 = 0, width = 0, height = 0;
+    std::size_t offset = 0;  ///< of its first pixel
   };
   struct Marks {
     const std::uint8_t* first;  ///< of a window
@@ -43,14 +43,22 @@ class PixelLabeller {
   };
   struct Border {
     int block = 0, count = 0;
+    Window window;
     std::array<std::int16_t, Candidates::kMost> label{};
+  };
+  /// What a residual r from a plane costs: weight r^2 + offset, the log of the plane's variance
+  /// against that of one without slope.
+  struct Cost {
+    Eigen::Vector3f plane;
+    float weight, offset;
   };
   Window window(int block) const;
   void fill_inner(const PlaneRegions& regions);
   bool label_border(const PlaneRegions& regions, float sigmas, bool again, float band);
   Border neighbours_of(const PlaneRegions& regions, int block) const;
-  Candidates candidates_of(const PlaneRegions& regions, const Border& border) const;
-  void settle_creases(const PlaneRegions& regions, int block, const Candidates& near, float band);
+  Candidates candidates_of(const Border& border) const;
+  void settle_creases(const PlaneRegions& regions, const Border& border, const Candidates& near,
+                      float band);
   float side_of(const PlaneRegions& regions, int block, int first, int second,
                 const Eigen::Vector3f& difference, float band) const;
   void keep_marks(const Window& w);
@@ -66,8 +74,8 @@ class PixelLabeller {
   std::vector<std::uint8_t>* out_ = nullptr;
   std::vector<DisparitySums> sums_;
   std::vector<Border> border_;
-  std::vector<std::int16_t> majority_;
-  std::vector<float> offset_;  ///< log of a plane's variance against that of one without slope
+  std::vector<std::int16_t> majority_, inner_, across_;
+  std::vector<Cost> costs_;  ///< of the regions
   std::vector<std::uint8_t> moved_, scratch_;
   std::vector<std::uint8_t> old_marks_;  ///< of the window at hand, row by row
   float variance_ = 1;                   ///< px^2, of one pixel on a plane without slope

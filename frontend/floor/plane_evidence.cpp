@@ -3,23 +3,49 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace lamina {
 namespace {
 
 constexpr int kLook = 48;  // px: how far over missing pixels (shadows) to look for a neighbour
 
-// A row or a column of the image.
+// A row or a column of the image; the marks side by side.
 struct Line {
   const float* d;
+  std::ptrdiff_t stride;  ///< of the disparities
   const std::uint8_t* marks;
   int length;
-  std::ptrdiff_t stride;
   double slope, start;  ///< of the region's disparity along the line: set for each run
 
   float disparity(int i) const { return d[i * stride]; }
-  std::uint8_t mark(int i) const { return marks[i * stride]; }
+  std::uint8_t mark(int i) const { return marks[i]; }
+  /// The first place from `i` on whose mark is another, give or take: never beyond it.
+  int skip(int i, std::uint8_t mark) const {
+    const std::uint64_t same = 0x0101010101010101ULL * mark;
+    std::uint64_t eight;
+    for (; i + 8 <= length; i += 8) {
+      std::memcpy(&eight, marks + i, sizeof(eight));
+      if (eight != same) break;
+    }
+    return i;
+  }
 };
+
+// Marks of every `step`-th column, one column after the other.
+std::vector<std::uint8_t> columns_of(const std::vector<std::uint8_t>& marks, int width, int height,
+                                     int step) {
+  const std::size_t length = static_cast<std::size_t>(height);
+  const int first = step / 2;
+  const std::size_t count = static_cast<std::size_t>(std::max(0, width - first + step - 1) / step);
+  std::vector<std::uint8_t> columns(count * length);
+  const std::uint8_t* row = marks.data();
+  for (std::size_t v = 0; v < length; ++v, row += width) {
+    std::uint8_t* to = columns.data() + v;
+    for (int u = first; u < width; u += step, to += length) *to = row[u];
+  }
+  return columns;
+}
 
 // Whether the first measurement beyond an end lies behind the plane; the image's border does not.
 bool is_open(const Line& line, int end, int direction, float gate) {
@@ -39,12 +65,14 @@ void scan(Line& line, const PlaneAlong& plane_along, float gate, const Take& tak
   for (int i = 0; i < line.length;) {
     const std::uint8_t mark = line.mark(i);
     if (mark == 0) {
-      ++i;
+      i = std::max(i + 1, line.skip(i, 0));
       continue;
     }
-    int end = i + 1, gap = 0;  // single pixels of another label do not end a run
+    int end = std::max(i + 1, line.skip(i, mark));
+    int gap = 0;  // single pixels of another label do not end a run
     for (int k = end; k < line.length && gap < 2; ++k) {
       if (line.mark(k) == mark) {
+        k = std::max(k, line.skip(k, mark) - 1);
         end = k + 1;
         gap = 0;
       } else {
@@ -71,12 +99,8 @@ std::vector<PlaneEvidence> gather_evidence(const DisparityImage& image, const Di
     runs.pixels += length;
   };
   for (int v = step / 2; v < image.height; v += step) {
-    Line line{image.row(v),
-              pixel_labels.data() + static_cast<std::ptrdiff_t>(v) * image.width,
-              image.width,
-              1,
-              0,
-              0};
+    Line line{image.row(v), 1, pixel_labels.data() + static_cast<std::ptrdiff_t>(v) * image.width,
+              image.width,  0, 0};
     const auto along = [&](std::uint8_t mark, Line& l) {
       const DisparityPlane& p = regions[mark - 1U].plane;
       l.slope = p.x();
@@ -86,8 +110,11 @@ std::vector<PlaneEvidence> gather_evidence(const DisparityImage& image, const Di
       add(evidence[mark - 1U].across, length, open);
     });
   }
+  const auto columns = columns_of(pixel_labels, image.width, image.height, step);
+  const std::uint8_t* column = columns.data();
   for (int u = step / 2; u < image.width; u += step) {
-    Line line{image.d.data() + u, pixel_labels.data() + u, image.height, image.width, 0, 0};
+    Line line{image.d.data() + u, image.width, column, image.height, 0, 0};
+    column += image.height;
     const auto along = [&](std::uint8_t mark, Line& l) {
       const DisparityPlane& p = regions[mark - 1U].plane;
       l.slope = p.y();

@@ -93,17 +93,16 @@ std::vector<std::uint8_t> PlaneRegions::neighbourhood() const {
   const std::size_t count = regions_.size();
   std::vector<std::uint8_t> near(count * count, 0);
   const auto meet = [&](int a, int b) {
-    if (a < 0 || b < 0 || a == b) return;
+    if (a == b || a < 0 || b < 0) return;
     near[at(a) * count + at(b)] = near[at(b) * count + at(a)] = 1;
   };
-  for (int r = 0; r < blocks_->rows; ++r) {
-    for (int c = 0; c < blocks_->columns; ++c) {
-      const int mine = labels_[at(blocks_->index(c, r))];
-      if (mine < 0) continue;
-      for (int step = 1; step <= 2; ++step) {
-        if (c + step < blocks_->columns) meet(mine, labels_[at(blocks_->index(c + step, r))]);
-        if (r + step < blocks_->rows) meet(mine, labels_[at(blocks_->index(c, r + step))]);
-      }
+  const int columns = blocks_->columns, rows = blocks_->rows;
+  for (int r = 0; r < rows; ++r) {
+    const std::int16_t* const row = labels_.data() + blocks_->index(0, r);
+    for (int step = 1; step <= 2; ++step) {
+      for (int c = 0; c + step < columns; ++c) meet(row[c], row[c + step]);
+      if (r + step >= rows) continue;
+      for (int c = 0; c < columns; ++c) meet(row[c], row[c + step * columns]);
     }
   }
   return near;
@@ -123,14 +122,24 @@ void PlaneRegions::merge() {
       cost[i * count + j] = merge_cost(i, j, near[i * count + j] != 0);
     }
   }
+  // The first of the cheapest pairs of every row.
+  std::vector<std::size_t> cheapest(count);
+  const auto look = [&](std::size_t i) {
+    const auto row = cost.begin() + static_cast<std::ptrdiff_t>(i * count);
+    cheapest[i] = static_cast<std::size_t>(
+        std::min_element(row, row + static_cast<std::ptrdiff_t>(count)) - cost.begin());
+  };
+  for (std::size_t i = 0; i < count; ++i) look(i);
   std::vector<std::int16_t> joined(count);
   std::iota(joined.begin(), joined.end(), std::int16_t{0});
   bool any = false;
   for (;;) {
-    const auto best = std::min_element(cost.begin(), cost.end());
-    if (best == cost.end() || *best > 1) break;
+    const auto best =
+        std::min_element(cheapest.begin(), cheapest.end(),
+                         [&](std::size_t a, std::size_t b) { return cost[a] < cost[b]; });
+    if (best == cheapest.end() || cost[*best] > 1) break;
     any = true;
-    const std::size_t pair = static_cast<std::size_t>(best - cost.begin());
+    const std::size_t pair = *best;
     const std::size_t first = pair / count, second = pair % count;
     join(first, second);
     std::replace(joined.begin(), joined.end(), static_cast<std::int16_t>(second),
@@ -144,6 +153,16 @@ void PlaneRegions::merge() {
       if (k == first || at(joined[k]) != k) continue;
       cost[std::min(k, first) * count + std::max(k, first)] =
           merge_cost(std::min(k, first), std::max(k, first), near[first * count + k] != 0);
+    }
+    // Of a row only its places under `first` and `second` have changed.
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::size_t column = cheapest[k] % count, changed = k * count + first;
+      if (k == first || k == second || column == first || column == second) {
+        look(k);
+      } else if (cost[changed] < cost[cheapest[k]] ||
+                 (cost[changed] == cost[cheapest[k]] && first < column)) {
+        cheapest[k] = changed;
+      }
     }
   }
   if (any) relabel(joined);

@@ -146,9 +146,44 @@ void PlaneRegions::connected(int start, std::vector<std::uint8_t>& waiting) {
   }
 }
 
+// Whether the region is one piece (corners count): its runs along rows, joined where they touch.
+bool PlaneRegions::hangs_together(int label) {
+  const int columns = blocks_->columns;
+  std::vector<Run>& runs = runs_;
+  runs.clear();
+  const auto root = [&runs](int k) {
+    while (runs[at(k)].parent != k) k = runs[at(k)].parent = runs[at(runs[at(k)].parent)].parent;
+    return k;
+  };
+  const auto [lowest, highest] = std::minmax_element(members_.begin(), members_.end());
+  int pieces = 0, above = 0, above_end = 0;  // the runs of the row above
+  for (int r = *lowest / columns; r <= *highest / columns; ++r) {
+    const std::int16_t* const row = labels_.data() + blocks_->index(0, r);
+    int near = above;
+    const int first = static_cast<int>(runs.size());
+    for (int c = 0; c < columns; ++c) {
+      if (row[c] != label) continue;
+      const int begin = c, mine = static_cast<int>(runs.size());
+      while (c < columns && row[c] == label) ++c;
+      runs.push_back({begin, c, mine});
+      ++pieces;
+      while (near < above_end && runs[at(near)].end < begin) ++near;
+      for (int k = near; k < above_end && runs[at(k)].begin <= c; ++k) {
+        const int a = root(k), b = root(mine);
+        pieces -= a != b;
+        runs[at(b)].parent = a;
+      }
+    }
+    above = first;
+    above_end = static_cast<int>(runs.size());
+  }
+  return pieces <= 1;
+}
+
 // Seeds may lie on several surfaces that one plane happens to hold. Every part large enough to be a
 // plane becomes one of its own (merging joins what belongs together); crumbs stay with the first.
 void PlaneRegions::split_off_parts(int label, double min_pixels) {
+  if (hangs_together(label)) return;
   std::vector<std::uint8_t>& waiting = waiting_;
   waiting.assign(labels_.size(), 0);
   for (const int i : members_) waiting[at(i)] = 1;
@@ -233,11 +268,36 @@ void PlaneRegions::settle_borders(int passes) {
     std::vector<Test> tests;
     for (const PlaneRegion& region : regions_) tests.push_back(test_of(region.plane, region.sums));
     int moved = 0;
-    for (int r = 0; r < blocks_->rows; ++r) {
-      for (int c = 0; c < blocks_->columns; ++c) moved += settle_block(c, r, tests) ? 1 : 0;
+    const int columns = blocks_->columns, rows = blocks_->rows;
+    for (int r = 0; r < rows; ++r) {
+      const std::int16_t* const row = labels_.data() + blocks_->index(0, r);
+      const std::int16_t* const above = r > 0 ? row - columns : row;
+      const std::int16_t* const below = r + 1 < rows ? row + columns : row;
+      for (int c = 0; c < columns; ++c) {
+        const std::int16_t mine = row[c];
+        // Amid its own kind there is nothing to choose from.
+        if (row[std::max(0, c - 1)] == mine && row[std::min(columns - 1, c + 1)] == mine &&
+            above[c] == mine && below[c] == mine) {
+          continue;
+        }
+        moved += settle_block(c, r, tests) ? 1 : 0;
+      }
     }
     if (moved == 0) break;
     recount();
+  }
+}
+
+void PlaneRegions::find_rows() {
+  extent_.assign(regions_.size(), {blocks_->rows, 0});
+  const std::int16_t* label = labels_.data();
+  for (int r = 0; r < blocks_->rows; ++r) {
+    for (int c = 0; c < blocks_->columns; ++c, ++label) {
+      if (*label < 0) continue;
+      auto& [first, end] = extent_[at(*label)];
+      first = std::min(first, r);
+      end = r + 1;
+    }
   }
 }
 
@@ -250,9 +310,10 @@ bool PlaneRegions::is_scattered(int label) const {
   };
   int total = 0, core = 0;
   std::vector<Eigen::Vector2d> corners;
-  for (int r = 0; r < rows; ++r) {
+  for (int r = extent_[at(label)].first; r < extent_[at(label)].second; ++r) {
+    const std::int16_t* const row = labels_.data() + blocks_->index(0, r);
     for (int c = 0; c < columns; ++c) {
-      if (!mine(c, r)) continue;
+      if (row[c] != label) continue;
       ++total;
       const bool left = mine(c - 1, r), right = mine(c + 1, r);
       core += left && right && mine(c, r - 1) && mine(c, r + 1);
@@ -288,6 +349,7 @@ void PlaneRegions::keep_largest(double min_pixels) {
   });
   std::vector<std::int16_t> renamed(regions_.size(), -1);
   std::vector<PlaneRegion> kept;
+  find_rows();
   for (const std::size_t i : order) {
     if (regions_[i].sums.n < std::max(1.0, min_pixels) || !sure_normal(regions_[i])) continue;
     if (regions_[i].blocks < 400 && is_scattered(static_cast<int>(i))) continue;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <lamina/frontend/floor/blocks.hpp>
@@ -51,10 +52,14 @@ class PlaneRegions {
     Eigen::Vector3f plane;
     Eigen::Matrix3f covariance;
   };
+  struct Run {
+    int begin, end, parent;  ///< columns [begin, end) of a row; a run of the same piece
+  };
   bool fits(const Block& block, const Test& test) const;
   Test test_of(const DisparityPlane& plane, const DisparitySums& sums) const;
   void flood(int label, DisparitySums& sums, DisparityPlane& plane);
   bool refit_members(int label, DisparitySums& sums, DisparityPlane& plane);
+  bool hangs_together(int label);
   void connected(int start, std::vector<std::uint8_t>& waiting);
   void split_off_parts(int label, double min_pixels);
   double joined_cost(const PlaneRegion& a, const PlaneRegion& b) const;
@@ -63,6 +68,7 @@ class PlaneRegions {
   void join(std::size_t first, std::size_t second);
   bool seen_through(const PlaneRegion& a, const PlaneRegion& b) const;
   std::vector<std::uint8_t> neighbourhood() const;
+  void find_rows();
   bool is_scattered(int label) const;
   bool sure_normal(const PlaneRegion& region) const;
   void relabel(std::span<const std::int16_t> renamed);
@@ -77,6 +83,8 @@ class PlaneRegions {
   std::vector<PlaneRegion> regions_;
   std::vector<int> queue_, members_;
   std::vector<std::uint8_t> waiting_;
+  std::vector<Run> runs_;
+  std::vector<std::pair<int, int>> extent_;  ///< of the regions: first row, one beyond the last
   std::vector<Eigen::Matrix3d> covariance_;  ///< of the regions' planes, while merging
 };
 

@@ -88,7 +88,8 @@ std::optional<BlockPlane> BlockRansac::best_plane(std::span<const int> candidate
   }
   if (!best) return std::nullopt;
 
-  // Refit twice: the first fit reaches as far as its sample, the second as far as the section.
+  // Refit twice: the first fit reaches as far as its sample, the second as far as the section. The
+  // last round only says who belongs.
   BlockPlane result{*best, {}, 0};
   for (int round = 0; round < 3; ++round) {
     const Eigen::Vector3f p = result.plane.cast<float>();
@@ -98,13 +99,18 @@ std::optional<BlockPlane> BlockRansac::best_plane(std::span<const int> candidate
     for (std::size_t i = 0; i < candidates.size(); ++i) {
       const Block& b = blocks_.blocks[static_cast<std::size_t>(candidates[i])];
       if (std::abs(b.residual(p)) > slack * gate_[i]) continue;
-      sums += b.sums();
+      if (round < 2) {
+        sums += b.sums();
+      } else {
+        sums.n += b.n;
+      }
       result.inliers.push_back(candidates[i]);
     }
     result.pixels = sums.n;
+    if (round == 2) break;
     const auto fit = sums.fit();
     if (!fit) break;
-    if (round < 2) result.plane = *fit;
+    result.plane = *fit;
   }
   const auto plane = geometry_.plane(result.plane);
   if (result.pixels < min_pixels || !plane || !prior.admits(*plane)) return std::nullopt;

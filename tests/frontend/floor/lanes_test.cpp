@@ -1,0 +1,116 @@
+// Many at a time say what a plain loop says: lanes of pixels, rows of blocks.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+
+#include <lamina/frontend/floor/inner_blocks.hpp>
+#include <lamina/frontend/floor/lanes.hpp>
+
+namespace lamina::lanes {
+namespace {
+
+// Bytes and floats with no pattern a lane could hide behind.
+std::uint8_t byte_at(int i) { return static_cast<std::uint8_t>((i * 73 + i / 5) % 4); }
+float float_at(int i) { return 20.0F + 0.25F * static_cast<float>((i * 37) % 29); }
+
+TEST(Lanes, EqualBytesAreAllOnes) {
+  for (int byte = 0; byte < 256; byte += 51) {
+    for (int place = 0; place < 16; ++place) {
+      std::array<std::uint8_t, 4> four{1, 2, 3, 4};
+      for (int k = 0; k < 4; ++k) {
+        if ((place >> k) & 1) four[static_cast<std::size_t>(k)] = static_cast<std::uint8_t>(byte);
+      }
+      const Int4 mask = equal4(four.data(), static_cast<std::uint8_t>(byte));
+      for (int k = 0; k < 4; ++k) {
+        EXPECT_EQ(mask[k], four[static_cast<std::size_t>(k)] == byte ? -1 : 0);
+      }
+    }
+  }
+}
+
+TEST(Lanes, EightLanesBecomeEightBytes) {
+  std::array<std::uint8_t, 10> bytes{};
+  store8(bytes.data() + 1, Int4{0, 1, 127, 128}, Int4{129, 254, 255, 7});
+  EXPECT_EQ(bytes, (std::array<std::uint8_t, 10>{0, 0, 1, 127, 128, 129, 254, 255, 7, 0}));
+}
+
+TEST(Lanes, MarkedSumsAreThoseOfAPlainLoop) {
+  constexpr int kRows = 8, kStride = 11;
+  std::array<std::uint8_t, kRows * kStride> marks{};
+  std::array<float, kRows * kStride> d{};
+  for (int i = 0; i < kRows * kStride; ++i) {
+    marks[static_cast<std::size_t>(i)] = byte_at(i);
+    d[static_cast<std::size_t>(i)] = float_at(i);
+  }
+  for (const int rows : {8, 5}) {
+    BlockSums sums;
+    for (int half = 0; half < 2; ++half) {
+      sums.half[half] = marked_sums(d.data() + 4 * half, kStride, marks.data() + 4 * half, kStride,
+                                    rows, 21.0F, 2);
+    }
+    double n = 0, x = 0, y = 0, e = 0, xx = 0, xy = 0, yy = 0, xe = 0, ye = 0, ee = 0;
+    for (int v = 0; v < rows; ++v) {
+      for (int u = 0; u < 8; ++u) {
+        const std::size_t i = static_cast<std::size_t>(v * kStride + u);
+        if (marks[i] != 2) continue;
+        const double px = u - 3.5, py = v - 0.5 * (rows - 1);
+        const double pe = static_cast<double>(d[i]) - 21;
+        n += 1;
+        x += px;
+        y += py;
+        e += pe;
+        xx += px * px;
+        xy += px * py;
+        yy += py * py;
+        xe += px * pe;
+        ye += py * pe;
+        ee += pe * pe;
+      }
+    }
+    ASSERT_GT(n, 8);
+    EXPECT_EQ(sums.count(), n);  // eighths and quarters: floats hold all of these exactly
+    EXPECT_EQ(sums.sum_x(), x);
+    EXPECT_EQ(sums.sum_y(), y);
+    EXPECT_EQ(sums.sum_e(), e);
+    EXPECT_EQ(sums.sum_xx(), xx);
+    EXPECT_EQ(sums.sum_xy(), xy);
+    EXPECT_EQ(sums.sum_yy(), yy);
+    EXPECT_EQ(sums.sum_xe(), xe);
+    EXPECT_EQ(sums.sum_ye(), ye);
+    EXPECT_EQ(sums.sum_ee(), ee);
+  }
+}
+
+TEST(InnerBlocks, HaveEightNeighboursOfTheirKind) {
+  constexpr int kColumns = 37, kRows = 23;
+  std::vector<std::int16_t> labels(kColumns * kRows);
+  for (int i = 0; i < kColumns * kRows; ++i) {
+    const int c = i % kColumns, r = i / kColumns;
+    labels[static_cast<std::size_t>(i)] =
+        static_cast<std::int16_t>((c * c + 3 * r * r) % 97 == 0 ? -1 : (c > 20) + 2 * (r > 11));
+  }
+  std::vector<std::int16_t> inner, scratch;
+  find_inner(labels, kColumns, inner, scratch);
+  int found = 0;
+  for (int i = 0; i < kColumns * kRows; ++i) {
+    std::int16_t expected = labels[static_cast<std::size_t>(i)];
+    for (int r = std::max(0, i / kColumns - 1); r <= std::min(kRows - 1, i / kColumns + 1); ++r) {
+      for (int c = std::max(0, i % kColumns - 1); c <= std::min(kColumns - 1, i % kColumns + 1);
+           ++c) {
+        if (labels[static_cast<std::size_t>(r * kColumns + c)] !=
+            labels[static_cast<std::size_t>(i)]) {
+          expected = -1;
+        }
+      }
+    }
+    EXPECT_EQ(inner[static_cast<std::size_t>(i)], expected) << i;
+    found += expected >= 0;
+  }
+  EXPECT_GT(found, 200);
+  find_inner({}, 0, inner, scratch);
+  EXPECT_TRUE(inner.empty());
+}
+
+}  // namespace
+}  // namespace lamina::lanes
