@@ -297,6 +297,34 @@ bool is_outlier(const DisparityImage& image, int u, int v, float tolerance) {
   return true;
 }
 
+namespace {
+
+// is_outlier() for a window's pixels, row by row: 0 for outliers. Away from the image's border four
+// pixels at once.
+void find_kept(const DisparityImage& image, const Window& w, float tolerance, std::uint8_t* kept) {
+  const bool inside =
+      w.u0 > 0 && w.v0 > 0 && w.u1 < image.width && w.v1 < image.height && (w.u1 - w.u0) % 4 == 0;
+  for (int v = w.v0; v < w.v1; ++v) {
+    if (!inside) {
+      for (int u = w.u0; u < w.u1; ++u) *kept++ = !is_outlier(image, u, v, tolerance);
+      continue;
+    }
+    for (int u = w.u0; u < w.u1; u += 4, kept += 4) {
+      const float* const at = image.row(v) + u;
+      const Float4 d = load4(at);
+      const auto agrees = [&](const Float4& a, const Float4& b) {
+        const Float4 off = d - 0.5F * (a + b);
+        return (a > 0.0F) & (b > 0.0F) & (off <= tolerance) & (off >= -tolerance);
+      };
+      const Int4 good = agrees(load4(at - 1), load4(at + 1)) |
+                        agrees(load4(at - image.width), load4(at + image.width));
+      for (int k = 0; k < 4; ++k) kept[k] = static_cast<std::uint8_t>(good[k] & 1);
+    }
+  }
+}
+
+}  // namespace
+
 void remove_outliers(const DisparityImage& image, const DisparityGeometry& g, float tolerance,
                      float sigma, float min_pixels, BlockImage& blocks) {
   constexpr float kLoose = 1.8F * 1.8F;
@@ -306,7 +334,7 @@ void remove_outliers(const DisparityImage& image, const DisparityGeometry& g, fl
     const float jitter = std::min(6 * sigma * sigma, jitter_variance(b.a, b.b));
     return b.n >= min_pixels && b.n > 3 && b.sse <= (limit + kLoose * jitter) * (b.n - 3);
   };
-  const auto keep = [&](int u, int v) { return !is_outlier(image, u, v, tolerance); };
+  std::vector<std::uint8_t> kept(static_cast<std::size_t>(blocks.size * blocks.size));
   std::size_t i = 0;
   for (int r = 0; r < blocks.rows; ++r) {
     for (int c = 0; c < blocks.columns; ++c, ++i) {
@@ -315,7 +343,12 @@ void remove_outliers(const DisparityImage& image, const DisparityGeometry& g, fl
       // A stray pixel j px off leaves j^2 / 64; far more than that is two surfaces and cannot heal.
       if (block.flat || block.n < min_pixels || block.sse > 400 * limit * block.n) continue;
       Block cleaned;
-      partial_block(image, g, window_of(image, blocks.size, c, r), keep, cleaned);
+      const Window w = window_of(image, blocks.size, c, r);
+      find_kept(image, w, tolerance, kept.data());
+      const auto keep = [&](int u, int v) {
+        return kept[static_cast<std::size_t>((v - w.v0) * (w.u1 - w.u0) + u - w.u0)] != 0;
+      };
+      partial_block(image, g, w, keep, cleaned);
       cleaned.flat = is_flat(cleaned);
       if (cleaned.flat) block = cleaned;
     }

@@ -40,11 +40,14 @@ struct Block {
   DisparitySums sums() const;
   /// Residual of the block's mean from a plane (px).
   float residual(const Eigen::Vector3f& p) const { return d - (p.x() * u + p.y() * v + p.z()); }
+  /// What a plane's other slope adds to the sum of squared residuals (px^2).
+  float tilt(const Eigen::Vector3f& p) const {
+    const float da = a - p.x(), db = b - p.y();
+    return da * da * cuu + 2 * da * db * cuv + db * db * cvv;
+  }
   /// Mean squared residual of its pixels from a plane (px^2), given the mean residual.
   float mean_square(const Eigen::Vector3f& p, float mean_residual) const {
-    const float da = a - p.x(), db = b - p.y();
-    const float tilt = da * da * cuu + 2 * da * db * cuv + db * db * cvv;
-    return (sse + tilt) / n + mean_residual * mean_residual;
+    return (sse + tilt(p)) / n + mean_residual * mean_residual;
   }
 };
 

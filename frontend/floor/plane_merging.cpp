@@ -12,6 +12,9 @@ constexpr double kNever = 1e300;
 
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
+// As std::lround, which is a call here.
+int nearest(double x) { return static_cast<int>(x < 0 ? x - 0.5 : x + 0.5); }
+
 // Squared distance of a place from the middle of some pixels, in their spread that way.
 double distance_in_sizes2(const DisparitySums& s, const Eigen::Vector3d& place) {
   const double mu = s.u / s.n, mv = s.v / s.n;
@@ -76,8 +79,8 @@ bool PlaneRegions::seen_through(const PlaneRegion& a, const PlaneRegion& b) cons
   int behind = 0, other = 0;
   for (int k = 0; k <= steps; ++k) {
     const Eigen::Vector2d x = from + (to - from) * k / steps;
-    const int c = static_cast<int>(std::lround(x.x() + geometry_.cx)) / blocks_->size;
-    const int r = static_cast<int>(std::lround(x.y() + geometry_.cy)) / blocks_->size;
+    const int c = nearest(x.x() + geometry_.cx) / blocks_->size;
+    const int r = nearest(x.y() + geometry_.cy) / blocks_->size;
     if (c < 0 || r < 0 || c >= blocks_->columns || r >= blocks_->rows) continue;
     const Block& block = blocks_->at(c, r);
     const float residual = block.residual(plane);

@@ -9,6 +9,8 @@
 
 namespace lamina {
 namespace {
+constexpr float kWhole = 64;  // pixels of a whole block, unless blocks are set otherwise
+
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
@@ -19,47 +21,55 @@ void PlaneRegions::start(const BlockImage& blocks, const DisparityGeometry& g,
   geometry_ = g;
   noise_ = noise;
   gate2_ = static_cast<float>(sigmas * sigmas);
+  noise_of_whole_ = static_cast<float>(noise.of_mean(static_cast<double>(kWhole)));
+  bend_ = static_cast<float>(2.25 * noise.pixel + noise.shared);
   labels_.assign(blocks.blocks.size(), -1);
+  column_.resize(labels_.size());
+  for (std::size_t i = 0; i < column_.size(); ++i) {
+    column_[i] = static_cast<int>(i % static_cast<std::size_t>(blocks.columns));
+  }
   regions_.clear();
 }
 
 PlaneRegions::Test PlaneRegions::test_of(const DisparityPlane& plane,
                                          const DisparitySums& sums) const {
-  return {plane.cast<float>(), sums.covariance(noise_.per_pixel).cast<float>()};
+  return Test(plane.cast<float>(), sums.covariance(noise_.per_pixel).cast<float>());
 }
 
 bool PlaneRegions::fits(const Block& block, const Test& test) const {
   const float r = block.residual(test.plane);
-  const float own = static_cast<float>(noise_.of_mean(block.n)) +
-                    jitter_variance(test.plane.x(), test.plane.y()) / block.n;
+  // A sixty-fourth of anything is exact: whole blocks are spared the divisions.
+  const bool whole = block.n == kWhole;
+  const auto share = [&block, whole](float x) { return whole ? x * (1 / kWhole) : x / block.n; };
+  const float own =
+      (whole ? noise_of_whole_ : static_cast<float>(noise_.of_mean(block.n))) + share(test.jitter);
   const Eigen::Vector3f x(block.u, block.v, 1.0F);
   // A young plane predicts badly far away: its own doubt widens the gate, but not without end.
   const float doubt = std::clamp(x.dot(test.covariance * x), 0.0F, 4 * own);
   if (r * r > gate2_ * (own + doubt)) return false;
-  const float extra = block.mean_square(test.plane, 0.0F) - block.sse / block.n;
-  return extra <= static_cast<float>(2.25 * noise_.pixel + noise_.shared);
+  const float extra = share(block.sse + block.tilt(test.plane)) - share(block.sse);
+  return extra <= bend_;
 }
 
 void PlaneRegions::flood(int label, DisparitySums& sums, DisparityPlane& plane) {
   Test test = test_of(plane, sums);
   double next_fit = 1.5 * sums.n;
-  const int columns = blocks_->columns, rows = blocks_->rows;
-  const auto visit = [&](int c, int r) {
-    if (c < 0 || r < 0 || c >= columns || r >= rows) return;
-    const int i = blocks_->index(c, r);
+  const int columns = blocks_->columns, count = static_cast<int>(labels_.size());
+  const auto visit = [&](int i) {
+    if (labels_[at(i)] != -1) return;
     const Block& block = blocks_->blocks[at(i)];
-    if (!block.flat || labels_[at(i)] != -1 || !fits(block, test)) return;
+    if (!block.flat || !fits(block, test)) return;
     labels_[at(i)] = static_cast<std::int16_t>(label);
     sums += block.sums();
     queue_.push_back(i);
     members_.push_back(i);
   };
   for (std::size_t head = 0; head < queue_.size(); ++head) {
-    const int c = queue_[head] % columns, r = queue_[head] / columns;
-    visit(c - 1, r);
-    visit(c + 1, r);
-    visit(c, r - 1);
-    visit(c, r + 1);
+    const int i = queue_[head], c = column_[at(i)];
+    if (c > 0) visit(i - 1);
+    if (c + 1 < columns) visit(i + 1);
+    if (i >= columns) visit(i - columns);
+    if (i + columns < count) visit(i + columns);
     if (sums.n < next_fit) continue;
     next_fit = 1.5 * sums.n;
     if (const auto fit = sums.fit()) {
@@ -101,7 +111,7 @@ int PlaneRegions::grow(std::span<const int> seeds, const DisparityPlane& start_p
   DisparityPlane plane = start_plane;
   queue_.clear();
   members_.clear();
-  Test test{plane.cast<float>(), Eigen::Matrix3f::Zero()};
+  const Test test(plane.cast<float>(), Eigen::Matrix3f::Zero());
   for (const int i : seeds) {
     const Block& block = blocks_->blocks[at(i)];
     if (!block.flat || labels_[at(i)] != -1 || !fits(block, test)) continue;

@@ -49,8 +49,11 @@ class PlaneRegions {
 
  private:
   struct Test {
+    Test(const Eigen::Vector3f& p, const Eigen::Matrix3f& C)
+        : plane(p), covariance(C), jitter(jitter_variance(p.x(), p.y())) {}
     Eigen::Vector3f plane;
     Eigen::Matrix3f covariance;
+    float jitter;  ///< px^2, of one pixel
   };
   struct Run {
     int begin, end, parent;  ///< columns [begin, end) of a row; a run of the same piece
@@ -78,10 +81,13 @@ class PlaneRegions {
   const BlockImage* blocks_ = nullptr;
   DisparityGeometry geometry_;
   BlockNoise noise_;
-  float gate2_ = 16;  ///< sigmas squared
+  float gate2_ = 16;          ///< sigmas squared
+  float noise_of_whole_ = 0;  ///< px^2, of the mean of a whole block
+  float bend_ = 0;            ///< px^2 that a block's slope may add to its pixels' residuals
   std::vector<std::int16_t> labels_;
   std::vector<PlaneRegion> regions_;
   std::vector<int> queue_, members_;
+  std::vector<int> column_;  ///< of every block
   std::vector<std::uint8_t> waiting_;
   std::vector<Run> runs_;
   std::vector<std::pair<int, int>> extent_;  ///< of the regions: first row, one beyond the last

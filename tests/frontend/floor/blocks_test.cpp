@@ -108,6 +108,29 @@ TEST(Outliers, AStrayPixelIsTakenOutAndItsBlockHeals) {
   EXPECT_EQ(block.n, 63);
 }
 
+// remove_outliers() tests four pixels at once, is_outlier() one: healed blocks hold the same.
+TEST(Outliers, HealedBlocksHoldWhatIsNoOutlier) {
+  DepthFrame frame = draw({floor_piece()}, test_camera(), 0.05);
+  for (std::size_t i = 0; i < frame.raw.size(); i += 131) frame.raw[i] = i % 3 == 0 ? 0 : 9000;
+  Blocks b(frame);
+  const std::vector<Block> before = b.blocks.blocks;
+  remove_outliers(b.image, b.geometry, 0.2F, 0.056F, 32, b.blocks);
+  int healed = 0;
+  for (int i = 0; i < 80 * 60; ++i) {
+    const Block& block = b.blocks.blocks[static_cast<std::size_t>(i)];
+    if (block.n == before[static_cast<std::size_t>(i)].n) continue;
+    int kept = 0;
+    for (int v = i / 80 * 8; v < i / 80 * 8 + 8; ++v) {
+      for (int u = i % 80 * 8; u < i % 80 * 8 + 8; ++u) {
+        kept += b.image.row(v)[u] > 0 && !is_outlier(b.image, u, v, 0.2F);
+      }
+    }
+    EXPECT_EQ(block.n, kept);
+    ++healed;
+  }
+  EXPECT_GT(healed, 500);
+}
+
 // A camera 0.3 m above the floor sees a quarter of a pixel of disparity a row: pixels that look
 // half a pixel aside read off by an eighth, twice the noise of their disparities.
 TEST(Outliers, SteepBlocksStayFlatThoughTheirPixelsLookAside) {
