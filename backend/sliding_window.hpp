@@ -65,6 +65,13 @@ struct WindowDepartures {
   std::vector<Landmark> planes;
 };
 
+/// Of every state of a window by itself, as covariance() has them on its diagonal.
+struct WindowCovariances {
+  std::vector<Matrix6d> poses;          ///< as keyframes(), in their right tangents
+  std::vector<Eigen::Matrix3d> planes;  ///< as planes(), in the tangents of plane_anchor()
+  int held_directions = 0;  ///< no evidence at all in so many directions: no variance there either
+};
+
 class SlidingWindow {
  public:
   explicit SlidingWindow(const WindowOptions& options);
@@ -123,6 +130,8 @@ class SlidingWindow {
   /// planes that are not in the window are left out.
   std::vector<std::pair<PlaneId, Eigen::Matrix<double, 9, 9>>> joint_covariances(
       const std::vector<PlaneId>& ids) const;
+  /// Of every state by itself, at the last solve(): a small part of what covariance() costs.
+  WindowCovariances covariances() const;
   /// Of every state of the window, poses then planes (tangents of pose() and plane_anchor()).
   Eigen::MatrixXd covariance() const;
   /// What marginalised states left behind, in the graph's terms.

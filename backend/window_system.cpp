@@ -36,7 +36,7 @@ void WindowSystem::reset(int poses, int planes) {
   band_.assign(width_ * width_, 0.0);
   first_.resize(static_cast<std::size_t>(poses));
   for (int i = 0; i < poses; ++i) first_[static_cast<std::size_t>(i)] = i;
-  W_.setZero(6 * poses, 3 * planes);
+  W_.setZero(3 * planes, 6 * poses);
   C_.setZero(3 * planes, 3 * planes);
   g_.setZero(columns());
 }
@@ -79,7 +79,7 @@ void WindowSystem::add_pose_plane(int pose, int plane, const Eigen::Matrix<doubl
   for (int i = 0; i < 6; ++i) {
     for (int j = 0; j <= i; ++j) pose_entry(6 * pose + i, 6 * pose + j) += H(i, j);
   }
-  W_.block<6, 3>(6 * pose, 3 * plane) += J_pose.transpose().lazyProduct(J_plane);
+  W_.block<3, 6>(3 * plane, 6 * pose) += J_plane.transpose().lazyProduct(J_pose);
   C_.block<3, 3>(3 * plane, 3 * plane) += J_plane.transpose().lazyProduct(J_plane);
 }
 
@@ -102,7 +102,7 @@ void WindowSystem::add_dense(const std::vector<int>& at, const Eigen::MatrixXd& 
         pose_entry(ci, cj) += H(i, j);
         reach(ci / 6, cj / 6);
       } else if (cj < border) {
-        W_(cj, ci - border) += H(i, j);
+        W_(ci - border, cj) += H(i, j);
       } else {
         C_(ci - border, cj - border) += H(i, j);
       }
@@ -136,20 +136,17 @@ bool WindowSystem::factor(double lambda) {
       row[j] = j < i ? value / other[j] : pivot(value, original);
     }
   }
-  for (int p = 0; p < nl; ++p) {
-    double* column = W_factor_.col(p).data();
-    int start = 0;
-    while (start < np && column[start] == 0) ++start;
-    for (int j = start; j < np; ++j) {
-      const double* other = band_factor_.data() + static_cast<std::size_t>(j) * width_;
-      const int s = std::max(start, 6 * first_[static_cast<std::size_t>(j / 6)]);
-      column[j] = (column[j] - dot(column + s, other + s, j - s)) / other[j];
+  for (int i = 0; i < np && nl > 0; ++i) {
+    const double* row = band_factor_.data() + static_cast<std::size_t>(i) * width_;
+    for (int j = 6 * first_[static_cast<std::size_t>(i / 6)]; j < i; ++j) {
+      W_factor_.col(i) -= row[j] * W_factor_.col(j);
     }
+    W_factor_.col(i) /= row[i];
   }
   const Eigen::VectorXd diagonal = C_.diagonal();
   C_factor_.diagonal() += lambda * diagonal;
   if (np > 0 && nl > 0) {
-    C_factor_.selfadjointView<Eigen::Lower>().rankUpdate(W_factor_.transpose(), -1.0);
+    C_factor_.selfadjointView<Eigen::Lower>().rankUpdate(W_factor_, -1.0);
   }
   // Planes: left-looking, in panels of columns, with the same hold on directions without evidence.
   constexpr int kPanel = 24;
@@ -186,10 +183,10 @@ Eigen::MatrixXd WindowSystem::solve(Eigen::MatrixXd B) const {
   }
   if (nl > 0) {
     const auto lower = C_factor_.triangularView<Eigen::Lower>();
-    B.bottomRows(nl) -= W_factor_.transpose() * B.topRows(np);
+    B.bottomRows(nl) -= W_factor_ * B.topRows(np);
     lower.solveInPlace(B.bottomRows(nl));
     lower.transpose().solveInPlace(B.bottomRows(nl));
-    B.topRows(np) -= W_factor_ * B.bottomRows(nl);
+    B.topRows(np) -= W_factor_.transpose() * B.bottomRows(nl);
   }
   for (Eigen::Index c = 0; c < B.cols(); ++c) {
     double* b = B.col(c).data();

@@ -9,8 +9,8 @@ namespace lamina {
 /// H d = -g for P poses (6 each, in time order) followed by L planes (3 each). Poses are tied to
 /// their neighbours, so their part is a narrow band (a skyline: every row starts at its first
 /// neighbour); planes see many poses and, through the marginal prior, each other: their part is
-/// dense. The factor is H = [Lp 0; W^T Ll] [Lp^T W; 0 Ll^T]. Cost: 36 P b + 18 L P b + 9 L^2 P + 9
-/// L^3, b the band: bench/window_bench.cpp.
+/// dense. The factor is H = L L^T, L = [Lp 0; W Ll]. Multiplications: 36 P b + 18 L P b + 27 L^2 P
+/// + 4.5 L^3, b the poses of a row: bench/window_bench.cpp.
 class WindowSystem {
  public:
   /// Zero everything for a new linearisation.
@@ -51,6 +51,12 @@ class WindowSystem {
   /// The 3x3 block of H^-1 of one plane; needs factor(). Planes come last in the factor: nothing of
   /// the poses is touched.
   Eigen::Matrix3d plane_block(int plane) const;
+  /// The diagonal blocks of H^-1 of every state; needs factor().
+  struct Blocks {
+    std::vector<Eigen::Matrix<double, 6, 6>> poses;
+    std::vector<Eigen::Matrix3d> planes;
+  };
+  Blocks inverse_blocks() const;
 
  private:
   double& pose_entry(int row, int column) {
@@ -67,7 +73,7 @@ class WindowSystem {
   std::size_t width_ = 0;
   std::vector<double> band_, band_factor_;  ///< lower triangle of the poses, by rows
   std::vector<int> first_;                  ///< by pose: the first pose its rows reach
-  Eigen::MatrixXd W_, W_factor_;            ///< poses x planes
+  Eigen::MatrixXd W_, W_factor_;            ///< planes x poses
   Eigen::MatrixXd C_, C_factor_;            ///< planes x planes, lower
   Eigen::VectorXd g_;
 };

@@ -128,6 +128,52 @@ TEST(SlidingWindow, JointCovariancesAgreeWithTheWholeInverse) {
   }
 }
 
+// Each state's own covariance against the inverse of the whole, solved column by column.
+void expect_blocks_of_the_inverse(const SlidingWindow& window) {
+  const Eigen::MatrixXd C = window.covariance();
+  const WindowCovariances own = window.covariances();
+  ASSERT_EQ(own.poses.size(), window.keyframe_count());
+  ASSERT_EQ(own.planes.size(), window.plane_count());
+  for (std::size_t i = 0; i < own.poses.size(); ++i) {
+    const Matrix6d expected = C.block<6, 6>(6 * int(i), 6 * int(i));
+    EXPECT_LT((own.poses[i] - expected).norm(), 1e-9 * expected.norm()) << "pose " << i;
+  }
+  for (std::size_t j = 0; j < own.planes.size(); ++j) {
+    const auto at = static_cast<Eigen::Index>(6 * own.poses.size() + 3 * j);
+    const Eigen::Matrix3d expected = C.block<3, 3>(at, at);
+    EXPECT_LE((own.planes[j] - expected).norm(), 1e-9 * expected.norm()) << "plane " << j;
+  }
+}
+
+TEST(SlidingWindow, OwnCovariancesAreTheDiagonalOfTheWhole) {
+  const Hall hall(30, 1, 3);
+  SlidingWindow window(tight(6));
+  for (std::size_t i = 0; i < hall.truth.size(); ++i) {
+    hall.feed(window, i);
+    const WindowReport report = window.solve();
+    ASSERT_TRUE(report.finite);
+    EXPECT_EQ(window.covariances().held_directions, report.held_directions);
+    if (i % 7 == 3) expect_blocks_of_the_inverse(window);
+    if (i + 1 < hall.truth.size()) window.marginalize();
+  }
+  expect_blocks_of_the_inverse(window);
+}
+
+TEST(SlidingWindow, OwnCovariancesSayWhichDirectionsNothingTells) {
+  const Hall hall(4, 1, 3);
+  SlidingWindow window(tight(100));
+  for (std::size_t i = 0; i < hall.truth.size(); ++i) hall.feed(window, i);
+  window.add_plane(PlaneId(99), Plane({0, 0, 1}, -2), Eigen::Vector3d::Zero());
+  const WindowReport report = window.solve();
+  ASSERT_TRUE(report.finite);
+  EXPECT_EQ(report.held_directions, 3);
+  const WindowCovariances own = window.covariances();
+  EXPECT_EQ(own.held_directions, 3);
+  EXPECT_LT(own.planes.back().norm(), 1e-100);
+  EXPECT_GT(own.planes.front().norm(), 0);
+  expect_blocks_of_the_inverse(window);
+}
+
 // The refiner is another implementation of the same least squares.
 TEST(SlidingWindow, EqualsTheRefinerWhileNothingLeft) {
   const Hall hall(12, 1, 11);

@@ -78,6 +78,18 @@ TEST(WindowSystem, StepAndCovarianceEqualTheDenseOnes) {
   const int n = twin.system.columns();
   const Eigen::MatrixXd C = twin.system.solve(Eigen::MatrixXd::Identity(n, n));
   EXPECT_TRUE((C * twin.H).isApprox(Eigen::MatrixXd::Identity(n, n), 1e-7));
+  const WindowSystem::Blocks blocks = twin.system.inverse_blocks();
+  ASSERT_EQ(blocks.poses.size(), 7u);
+  ASSERT_EQ(blocks.planes.size(), 5u);
+  for (int i = 0; i < 7; ++i) {
+    const Eigen::MatrixXd block = C.block(6 * i, 6 * i, 6, 6);
+    EXPECT_LT((blocks.poses[std::size_t(i)] - block).norm(), 1e-9 * block.norm());
+  }
+  for (int j = 0; j < 5; ++j) {
+    const int at = twin.system.plane_column(j);
+    const Eigen::MatrixXd block = C.block(at, at, 3, 3);
+    EXPECT_LT((blocks.planes[std::size_t(j)] - block).norm(), 1e-9 * block.norm());
+  }
 
   ASSERT_TRUE(twin.system.factor(0.5));
   Eigen::MatrixXd damped = twin.H;
@@ -98,6 +110,10 @@ TEST(WindowSystem, DirectionsWithoutEvidenceAreHeld) {
   const Eigen::VectorXd d = twin.system.step();
   EXPECT_TRUE(d.allFinite());
   EXPECT_LT(d.tail<3>().norm(), 1e-100);
+  const WindowSystem::Blocks blocks = twin.system.inverse_blocks();
+  EXPECT_LT(blocks.planes[1].norm(), 1e-100);
+  EXPECT_GT(blocks.planes[0].norm(), 1e-3);
+  EXPECT_TRUE(blocks.poses[0].allFinite() && blocks.poses[1].allFinite());
 }
 
 TEST(WindowSystem, NotFiniteIsReported) {
