@@ -71,10 +71,12 @@ LinearSystem linear_system(const EliminationOrder& order, std::span<const Linear
 namespace {
 
 /// The triangle of a QR of A, by Householder's reflections. Rows are sorted by their first entry,
-/// and each column is reflected over the rows that have begun by then: a triangle among them (the
-/// prior from before) costs one row a column, not all of its own (bench/window_bench.cpp).
+/// and columns are reflected over the rows that have begun by then: a triangle among them (the
+/// prior from before) costs few rows a column, not all of its own (bench/window_bench.cpp). Panels
+/// of columns go together, Q = I - V T V^T over each, so that the rest is touched once a panel.
 Eigen::MatrixXd triangle_of(const Eigen::MatrixXd& A) {
-  const Eigen::Index rows = A.rows(), columns = A.cols();
+  constexpr Eigen::Index kPanel = 12;
+  const Eigen::Index rows = A.rows(), columns = A.cols(), stop = std::min(rows, columns);
   std::vector<Eigen::Index> first(static_cast<std::size_t>(rows)), order(first.size());
   for (Eigen::Index i = 0; i < rows; ++i) {
     Eigen::Index& begin = first[static_cast<std::size_t>(i)];
@@ -84,26 +86,48 @@ Eigen::MatrixXd triangle_of(const Eigen::MatrixXd& A) {
   std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
     return first[static_cast<std::size_t>(a)] < first[static_cast<std::size_t>(b)];
   });
-  Eigen::MatrixXd R = A(order, Eigen::all);
+  Eigen::MatrixXd R = A(order, Eigen::all), V, T, rest;
   Eigen::Index end = 0;
-  for (Eigen::Index k = 0; k < std::min(rows, columns); ++k) {
-    while (end < rows && first[static_cast<std::size_t>(order[static_cast<std::size_t>(end)])] <= k)
-      ++end;
-    const Eigen::Index below = end - k - 1;
-    if (below < 1) continue;
-    double tau = 0, beta = 0;
-    R.col(k).segment(k, below + 1).makeHouseholderInPlace(tau, beta);
-    const auto v = R.col(k).segment(k + 1, below);
-    for (Eigen::Index j = k + 1; j < columns; ++j) {
-      auto x = R.col(j).segment(k + 1, below);
-      const double share = tau * (R(k, j) + v.dot(x));
-      R(k, j) -= share;
-      x -= share * v;
+  for (Eigen::Index begin = 0; begin < stop; begin += kPanel) {
+    const Eigen::Index width = std::min(kPanel, stop - begin);
+    const auto begun = [&](Eigen::Index column) {
+      const auto row = static_cast<std::size_t>(order[static_cast<std::size_t>(end)]);
+      return first[row] <= column;
+    };
+    V.setZero(rows - begin, width);
+    T.setZero(width, width);
+    for (Eigen::Index k = 0; k < width; ++k) {
+      const Eigen::Index at = begin + k;
+      while (end < rows && begun(at)) ++end;
+      const Eigen::Index height = end - at;
+      if (height < 2) continue;  // nothing below: tau stays 0
+      double tau = 0, beta = 0;
+      R.col(at).segment(at, height).makeHouseholderInPlace(tau, beta);
+      V(k, k) = 1;
+      V.col(k).segment(k + 1, height - 1) = R.col(at).segment(at + 1, height - 1);
+      const auto v = V.col(k).segment(k, height);
+      for (Eigen::Index j = at + 1; j < begin + width; ++j) {
+        auto x = R.col(j).segment(at, height);
+        const double share = tau * v.dot(x);
+        x -= share * v;
+      }
+      R(at, at) = beta;
+      R.col(at).segment(at + 1, height - 1).setZero();
+      // Q of the columns so far times this reflection [Schreiber1989].
+      T(k, k) = tau;
+      if (k == 0) continue;
+      const Eigen::VectorXd overlap = -tau * (V.block(k, 0, height, k).transpose() * v);
+      T.col(k).head(k) = T.topLeftCorner(k, k).triangularView<Eigen::Upper>() * overlap;
     }
-    R(k, k) = beta;
-    R.col(k).segment(k + 1, below).setZero();
+    const Eigen::Index after = columns - begin - width, height = end - begin;
+    if (after == 0 || height < 2) continue;
+    const auto W = V.topRows(height);
+    auto X = R.block(begin, begin + width, height, after);
+    rest.noalias() = W.transpose() * X;
+    rest = (T.transpose() * rest).eval();
+    X.noalias() -= W * rest;
   }
-  R.conservativeResize(std::min(rows, columns), Eigen::NoChange);
+  R.conservativeResize(stop, Eigen::NoChange);
   return R;
 }
 
@@ -159,9 +183,18 @@ SquareRootInformation eliminate_by_qr(const LinearSystem& system, double toleran
   return result;
 }
 
+// In panels of columns, each over the rows down to its last entry: a triangle takes a third of what
+// a full matrix does.
 Eigen::MatrixXd gram(const Eigen::MatrixXd& R) {
-  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(R.cols(), R.cols());
-  H.selfadjointView<Eigen::Lower>().rankUpdate(R.transpose());
+  constexpr Eigen::Index kPanel = 24;
+  Eigen::MatrixXd H(R.cols(), R.cols());
+  for (Eigen::Index begin = 0; begin < R.cols(); begin += kPanel) {
+    const Eigen::Index width = std::min(kPanel, R.cols() - begin), rest = R.cols() - begin;
+    Eigen::Index rows = R.rows();
+    while (rows > 0 && R.row(rows - 1).segment(begin, width).isZero(0)) --rows;
+    H.block(begin, begin, rest, width).noalias() =
+        R.block(0, begin, rows, rest).transpose() * R.block(0, begin, rows, width);
+  }
   H.triangularView<Eigen::StrictlyUpper>() = H.transpose();
   return H;
 }

@@ -64,7 +64,7 @@ struct SquareRootInformation {
 /// A system with anything not finite gives an empty R (no rows) and an infinite constant.
 SquareRootInformation eliminate_by_qr(const LinearSystem& system, double tolerance = 1e-12);
 
-/// R^T R, at half the cost of a general product.
+/// R^T R, at a third of the cost where R is a triangle.
 Eigen::MatrixXd gram(const Eigen::MatrixXd& R);
 
 /// The same by the dense Schur complement of J^T J: H = Hkk - Hke Hee^+ Hek and b likewise. For

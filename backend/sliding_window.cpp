@@ -115,7 +115,8 @@ bool SlidingWindow::add(const PriorFactor& factor) {
 
 bool SlidingWindow::add(const OdometryFactor& factor) {
   if (!contains(factor.from) || !contains(factor.to) || factor.from == factor.to) return false;
-  betweens_.push_back({factor.from, factor.to, factor.T_from_to, factor.sqrt_information, false});
+  betweens_.push_back(
+      {factor.from, factor.to, factor.T_from_to, factor.sqrt_information, false, 1});
   solved_ = false;
   return true;
 }
@@ -123,7 +124,7 @@ bool SlidingWindow::add(const OdometryFactor& factor) {
 bool SlidingWindow::add(const LoopFactor& factor) {
   if (!contains(factor.from) || !contains(factor.to) || factor.from == factor.to) return false;
   betweens_.push_back({factor.from, factor.to, factor.T_from_to,
-                       std::sqrt(std::max(0.0, factor.weight)) * factor.sqrt_information, true});
+                       std::sqrt(std::max(0.0, factor.weight)) * factor.sqrt_information, true, 1});
   solved_ = false;
   return true;
 }
@@ -221,17 +222,33 @@ double huber(double chi_squared, double weight) {
   return weight >= 1.0 ? chi_squared : chi_squared * weight * (2.0 - weight);
 }
 
+// Where each id stands in a list: many are asked for.
+template <class States>
+auto positions(const States& states) {
+  using Id = decltype(states.front().id);
+  std::vector<std::pair<Id, int>> sorted;
+  for (const auto& state : states) sorted.emplace_back(state.id, static_cast<int>(sorted.size()));
+  std::sort(sorted.begin(), sorted.end());
+  return [sorted = std::move(sorted)](Id id) {
+    return std::lower_bound(sorted.begin(), sorted.end(), std::pair(id, 0))->second;
+  };
+}
+
 }  // namespace
 
-// With `reweighted` false the robust weights are left out of the equations, not of the cost.
-double SlidingWindow::build(Build what, bool reweighted) {
-  const bool with_jacobians = what != Build::kCost;
-  if (what == Build::kEquations) {
-    system_.reset(static_cast<int>(poses_.size()), static_cast<int>(planes_.size()));
-  } else if (what == Build::kGradient) {
+double SlidingWindow::build(Build what) {
+  if (what == Build::kGradient) {
     system_.reset_gradient();
+  } else {
+    system_.reset(static_cast<int>(poses_.size()), static_cast<int>(planes_.size()));
   }
-  least_weight_ = 1;
+  weight_change_ = 0;
+  // Of a factor in the equations, given that of the present states.
+  const auto used_weight = [&](double& stored, double now) {
+    if (what == Build::kEquations) stored = now;
+    weight_change_ = std::max(weight_change_, std::abs(now - stored));
+    return what == Build::kFirst ? stored : now;
+  };
   double cost = 0;
   const auto at = [](const auto& state) -> const auto& {
     return state.frozen ? state.first : state.now;
@@ -239,23 +256,22 @@ double SlidingWindow::build(Build what, bool reweighted) {
   if (prior_.r.size() > 0) {
     const Eigen::VectorXd e = prior_.r + prior_.R * prior_step();
     cost += e.squaredNorm();
-    if (with_jacobians) system_.add_dense(prior_columns(), prior_.H, prior_.R.transpose() * e);
+    system_.add_dense(prior_columns(), prior_.H, prior_.R.transpose() * e);
   }
-  for (const auto& f : betweens_) {
+  for (auto& f : betweens_) {
     int a = find(f.from), b = find(f.to);
     const Pose &pa = poses_[static_cast<std::size_t>(a)], &pb = poses_[static_cast<std::size_t>(b)];
     const Vector6d raw = (f.T.inverse() * pa.now.inverse() * pb.now).log();
     const Vector6d r = f.S * raw;
     const double chi = r.squaredNorm(), weight = f.robust ? robust_weight(chi) : 1.0;
-    least_weight_ = std::min(least_weight_, weight);
     cost += huber(chi, weight);
-    if (!with_jacobians) continue;
-    const Matrix6d Jb = std::sqrt(weight) * f.S * SE3::right_jacobian_inverse(raw);
+    const double root = std::sqrt(used_weight(f.weight, weight));
+    const Matrix6d Jb = root * f.S * SE3::right_jacobian_inverse(raw);
     const Matrix6d Ja = -Jb * (at(pb).inverse() * at(pa)).adjoint();
     if (a < b) {
-      system_.add_pose_pose(a, b, Ja, Jb, std::sqrt(weight) * r);
+      system_.add_pose_pose(a, b, Ja, Jb, root * r);
     } else {
-      system_.add_pose_pose(b, a, Jb, Ja, std::sqrt(weight) * r);
+      system_.add_pose_pose(b, a, Jb, Ja, root * r);
     }
   }
   for (const auto& f : singles_) {
@@ -263,7 +279,7 @@ double SlidingWindow::build(Build what, bool reweighted) {
     const Vector6d raw = (f.T.inverse() * poses_[static_cast<std::size_t>(a)].now).log();
     const Vector6d r = f.S * raw;
     cost += r.squaredNorm();
-    if (with_jacobians) system_.add_pose(a, f.S * SE3::right_jacobian_inverse(raw), r);
+    system_.add_pose(a, f.S * SE3::right_jacobian_inverse(raw), r);
   }
   for (const auto& f : gravity_) {
     const int a = find(f.id);
@@ -271,7 +287,6 @@ double SlidingWindow::build(Build what, bool reweighted) {
     const Eigen::Vector3d up = pose.now.so3() * f.up;
     const Eigen::Vector2d r = up.head<2>() / f.sigma;
     cost += r.squaredNorm();
-    if (!with_jacobians) continue;
     Eigen::Matrix<double, 2, 6> J = Eigen::Matrix<double, 2, 6>::Zero();
     J.rightCols<3>() = -(at(pose).so3().matrix() * SO3::hat(f.up)).topRows<2>() / f.sigma;
     system_.add_pose(a, J, r);
@@ -280,21 +295,22 @@ double SlidingWindow::build(Build what, bool reweighted) {
     const int a = find(f.id);
     const Eigen::Vector3d r = f.S * planes_[static_cast<std::size_t>(a)].now.boxminus(f.at);
     cost += r.squaredNorm();
-    if (with_jacobians) system_.add_plane(a, f.S, r);
+    system_.add_plane(a, f.S, r);
   }
   Eigen::Matrix<double, 4, 6> J_pose;
   Eigen::Matrix<double, 4, 3> J_plane;
-  for (const auto& s : sightings_) {
-    const int a = find(s.keyframe), b = find(s.plane);
+  const auto position = positions(planes_);
+  int a = -1;
+  for (auto& s : sightings_) {
+    if (a < 0 || poses_[static_cast<std::size_t>(a)].id != s.keyframe) a = find(s.keyframe);
+    const int b = position(s.plane);
     const Pose& pose = poses_[static_cast<std::size_t>(a)];
     const Landmark& plane = planes_[static_cast<std::size_t>(b)];
     const Eigen::Vector4d r = residual(s, pose.now, plane.now, plane.anchor);
     const double chi = r.squaredNorm(), weight = robust_weight(chi);
-    least_weight_ = std::min(least_weight_, weight);
     cost += huber(chi, weight);
-    if (!with_jacobians) continue;
     jacobians(s, at(pose), at(plane), plane.anchor, J_pose, J_plane);
-    const double root = reweighted ? std::sqrt(weight) : 1.0;
+    const double root = std::sqrt(used_weight(s.weight, weight));
     system_.add_pose_plane(a, b, root * J_pose, root * J_plane, root * r);
   }
   return cost;

@@ -166,6 +166,7 @@ class SlidingWindow {
     SE3 T;
     Matrix6d S;
     bool robust = false;
+    double weight = 1;  // robust, in the equations at hand
   };
   struct Single {  // prior on a pose
     KeyframeId id;
@@ -188,6 +189,9 @@ class SlidingWindow {
     Eigen::Matrix3d A;  // square root of the scatter, by rows
     double root_weight;
     Eigen::Vector3d mean;
+    // Robust, in the equations at hand. It begins with 1: before the first step a new keyframe is
+    // where odometry put it, and good sightings look like outliers.
+    double weight = 1;
   };
   struct Prior {
     std::vector<KeyframeId> poses;
@@ -209,9 +213,11 @@ class SlidingWindow {
                         const Eigen::Vector3d& anchor, Eigen::Matrix<double, 4, 6>& J_pose,
                         Eigen::Matrix<double, 4, 3>& J_plane);
   double robust_weight(double chi_squared) const;
-  enum class Build { kCost, kGradient, kEquations };
-  double build(Build what, bool reweighted = true);
-  bool finish_with_same_factor(const Eigen::VectorXd& d, double& promised);
+  // kFirst: equations with the weights from before; kEquations: with those of the present states;
+  // kGradient: the gradient alone, with those too.
+  enum class Build { kFirst, kEquations, kGradient };
+  double build(Build what);
+  double length(const Eigen::VectorXd& d) const;
   Eigen::VectorXd prior_step() const;
   std::vector<int> prior_columns() const;
   void apply(const Eigen::VectorXd& d);
@@ -231,8 +237,8 @@ class SlidingWindow {
   std::vector<Sighting> sightings_;
   Prior prior_;
   WindowSystem system_;
-  double least_weight_ = 1;  // of the robust ones, at the last build()
-  bool solved_ = false;      // system_ holds a factor for the present states
+  double weight_change_ = 0;  // at the last build(): the most, from those in the equations at hand
+  bool solved_ = false;       // system_ holds a factor for the present states
   std::int64_t keyframes_added_ = 0;
 };
 

@@ -92,19 +92,36 @@ void WindowSystem::add_plane(int plane, const Eigen::Matrix3d& J, const Eigen::V
 void WindowSystem::add_dense(const std::vector<int>& at, const Eigen::MatrixXd& H,
                              const Eigen::VectorXd& g) {
   const int n = static_cast<int>(at.size()), border = 6 * poses_;
-  for (int j = 0; j < n; ++j) {
-    const int cj = at[static_cast<std::size_t>(j)];
-    g_(cj) += g(j);
-    for (int i = 0; i < n && !gradient_only_; ++i) {
-      const int ci = at[static_cast<std::size_t>(i)];
-      if (ci < cj) continue;
-      if (ci < border) {
-        pose_entry(ci, cj) += H(i, j);
-        reach(ci / 6, cj / 6);
-      } else if (cj < border) {
-        W_(ci - border, cj) += H(i, j);
+  for (int j = 0; j < n; ++j) g_(at[static_cast<std::size_t>(j)]) += g(j);
+  if (gradient_only_) return;
+  // Runs of columns that stay side by side are added as blocks.
+  struct Run {
+    int from, at, size;
+  };
+  std::vector<Run> runs;
+  for (int k = 0; k < n; ++k) {
+    const int to = at[static_cast<std::size_t>(k)];
+    if (!runs.empty() && to != border && to == runs.back().at + runs.back().size) {
+      ++runs.back().size;
+    } else {
+      runs.push_back({k, to, 1});
+    }
+  }
+  for (const Run& c : runs) {
+    for (const Run& r : runs) {
+      if (r.at < c.at) continue;  // the lower triangle
+      const auto block = H.block(r.from, c.from, r.size, c.size);
+      if (c.at >= border) {
+        C_.block(r.at - border, c.at - border, r.size, c.size) += block;
+      } else if (r.at >= border) {
+        W_.block(r.at - border, c.at, r.size, c.size) += block;
       } else {
-        C_(ci - border, cj - border) += H(i, j);
+        for (int i = 0; i < r.size; ++i) {
+          reach((r.at + i) / 6, c.at / 6);
+          for (int j = 0; j < c.size && c.at + j <= r.at + i; ++j) {
+            pose_entry(r.at + i, c.at + j) += block(i, j);
+          }
+        }
       }
     }
   }

@@ -70,6 +70,37 @@ TEST(EliminateByQr, EqualsTheDenseSchurComplement) {
   }
 }
 
+// More columns than one panel, over a triangle as priors are and rows that begin anywhere.
+TEST(EliminateByQr, RowsUponATriangleFromBeforeEqualTheSchurComplement) {
+  std::mt19937 rng(7);
+  const int gone = 6, kept = 55;
+  LinearSystem system;
+  system.eliminated_columns = gone;
+  system.J = random_matrix(rng, gone + kept + 40, gone + kept);
+  for (int i = 0; i < gone + kept; ++i) system.J.row(i).head(i).setZero();
+  for (int i = 0; i < 30; ++i) system.J.row(gone + kept + i).head(2 * i).setZero();
+  system.J.row(20).setZero();
+  system.r = random_matrix(rng, gone + kept + 40, 1);
+  const SquareRootInformation root = eliminate_by_qr(system);
+  const DenseInformation dense = eliminate_by_schur(system);
+  EXPECT_TRUE(root.R.isUpperTriangular());
+  EXPECT_TRUE(gram(root.R).isApprox(dense.H, 1e-9));
+  EXPECT_TRUE((root.R.transpose() * root.r).isApprox(dense.b, 1e-9));
+}
+
+TEST(Gram, IsTheProductWhateverTheShape) {
+  std::mt19937 rng(8);
+  for (const int rows : {0, 1, 20, 50, 70}) {
+    Eigen::MatrixXd R = random_matrix(rng, rows, 50);
+    EXPECT_TRUE(gram(R).isApprox(R.transpose() * R, 1e-13)) << rows;
+    R.triangularView<Eigen::StrictlyLower>().setZero();
+    EXPECT_TRUE(gram(R).isApprox(R.transpose() * R, 1e-13)) << rows;
+    if (rows < 50) continue;
+    R(49, 47) = 3;  // as a plane's new anchor leaves it
+    EXPECT_TRUE(gram(R).isApprox(R.transpose() * R, 1e-13)) << rows;
+  }
+}
+
 TEST(EliminateByQr, KeepsTheConstantOfTheCost) {
   std::mt19937 rng(3);
   LinearSystem system{random_matrix(rng, 20, 9), random_matrix(rng, 20, 1), 4};

@@ -1,8 +1,10 @@
 // Plane graphs of any size: rooms on a square grid, visited in order, several laps.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include <lamina/backend/plane_graph.hpp>
 
@@ -96,6 +98,26 @@ inline PlaneGraph make_rooms(const RoomOptions& options) {
     g.initial_map_body.push_back(g.initial_map_body.back() * step);
   }
   return g;
+}
+
+/// A plane that no pose saw for longer than the window keeps it is another plane from then on.
+inline PlaneGraph without_returns(PlaneGraph problem, int longest_gap) {
+  std::vector<int> last(static_cast<std::size_t>(problem.plane_count), -1), name(last);
+  std::stable_sort(problem.observations.begin(), problem.observations.end(),
+                   [](const auto& a, const auto& b) { return a.pose < b.pose; });
+  std::vector<Plane> truth;
+  for (auto& o : problem.observations) {
+    const auto j = static_cast<std::size_t>(o.plane);
+    if (last[j] < 0 || o.pose - last[j] > longest_gap) {
+      name[j] = static_cast<int>(truth.size());
+      truth.push_back(problem.truth_planes[j]);
+    }
+    last[j] = o.pose;
+    o.plane = name[j];
+  }
+  problem.plane_count = static_cast<int>(truth.size());
+  problem.truth_planes = truth;
+  return problem;
 }
 
 }  // namespace lamina::test
