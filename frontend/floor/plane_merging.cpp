@@ -25,6 +25,18 @@ double distance_in_sizes2(const DisparitySums& s, const Eigen::Vector3d& place) 
                          length2;
   return length2 / std::max(1.0, spread2);
 }
+
+// A plane tells of places up to eight of its own sizes away (the standard deviation of its pixels
+// that way: some two of its lengths). Two narrow strips at either end of an image say nothing of
+// each other: there always is some plane through both.
+bool within_reach(const DisparitySums& a, const DisparitySums& b) {
+  constexpr double kSizes = 8;
+  const auto reaches = [](const DisparitySums& from, const DisparitySums& to) {
+    return distance_in_sizes2(from, {to.u / to.n, to.v / to.n, 1}) <= kSizes * kSizes;
+  };
+  return reaches(a, b) || reaches(b, a);
+}
+
 }  // namespace
 
 double PlaneRegions::joined_cost(const PlaneRegion& a, const PlaneRegion& b) const {
@@ -59,6 +71,7 @@ double PlaneRegions::carried_cost(std::size_t a, std::size_t b, double sizes) co
 
 double PlaneRegions::merge_cost(std::size_t a, std::size_t b, bool neighbours) const {
   if (neighbours) return joined_cost(regions_[a], regions_[b]);
+  if (!within_reach(regions_[a].sums, regions_[b].sums)) return kNever;
   // Slow distortion tilts a plane; carried beyond its own size that tilt counts, up to two sizes:
   // beyond, nothing would be told apart any more. Where the gap shows what lies behind, nothing
   // says that the two belong together, and no such allowance is made; where something stands before

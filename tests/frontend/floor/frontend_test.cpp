@@ -80,6 +80,19 @@ TEST(FloorFrontend, KeepsAPlatformApartAndKnowsItsHeight) {
   EXPECT_FALSE(r.surface.height_at({-3.0, 0.0}));
 }
 
+// Two posts as far from each other as door frames: some plane through both there always is.
+TEST(FloorFrontend, PostsAtEitherEndOfTheImageAreNotOnePlane) {
+  const auto post = [](double x, double y) {
+    return Piece{Plane({-1, 0, 0}, -x),
+                 [y](const Eigen::Vector3d& p) { return std::abs(p.y() - y) < 0.1 && p.z() < 1; }};
+  };
+  const FloorResult r = process({post(2.6, 1.1), post(3.0, -1.3)}, test_camera(0));
+  ASSERT_EQ(r.planes.size(), 2U);
+  for (const ExtractedPlane& plane : r.planes) {
+    EXPECT_GT(-plane.plane_body.normal().x(), std::cos(2 * kDegree));
+  }
+}
+
 TEST(FloorFrontend, SurfaceFollowsARamp) {
   const double slope = std::tan(8 * kDegree);
   const Piece ramp{Plane(Eigen::Vector3d(-slope, 0, 1), -1.5 * slope),
