@@ -13,21 +13,52 @@
 
 namespace lamina::io {
 
+namespace {
+
+constexpr double kShortest = 1e-4, kStep = 0.01;  // ms; share of a time
+
+std::size_t step_of(double ms) {
+  return ms > kShortest ? 1 + static_cast<std::size_t>(std::log(ms / kShortest) / std::log1p(kStep))
+                        : 0;
+}
+
+// The middle of a step.
+double time_of(std::size_t step) {
+  return step == 0 ? 0 : kShortest * std::pow(1 + kStep, static_cast<double>(step) - 0.5);
+}
+
+}  // namespace
+
 void StageTimes::add(double ms) {
   max_ = std::max(max_, ms);
-  if (calls_++ % stride_ != 0) return;
-  kept_.push_back(ms);
-  if (kept_.size() < kKept) return;
-  for (std::size_t i = 0; 2 * i < kept_.size(); ++i) kept_[i] = kept_[2 * i];
-  kept_.resize(kept_.size() / 2);
-  stride_ *= 2;
+  ++calls_;
+  if (!counts_.empty()) return count(ms);
+  exact_.push_back(ms);
+  if (exact_.size() < kExact) return;
+  for (const double time : exact_) count(time);
+  exact_ = {};
+}
+
+void StageTimes::count(double ms) {
+  constexpr double kLongest = 1e9;  // ms
+  const std::size_t step = step_of(std::min(ms, kLongest));
+  if (step >= counts_.size()) counts_.resize(step + 1);
+  ++counts_[step];
 }
 
 double StageTimes::percentile_ms(double percent) const {
-  if (kept_.empty()) return 0;
-  std::vector<double> sorted = kept_;
-  const double rank = std::ceil(percent / 100.0 * static_cast<double>(sorted.size()));
-  const auto index = static_cast<std::ptrdiff_t>(std::max(1.0, rank)) - 1;
+  if (calls_ == 0) return 0;
+  const double rank = std::max(1.0, std::ceil(percent / 100.0 * static_cast<double>(calls_)));
+  if (!counts_.empty()) {
+    double below = 0;
+    for (std::size_t step = 0; step < counts_.size(); ++step) {
+      below += static_cast<double>(counts_[step]);
+      if (below >= rank) return std::min(time_of(step), max_);
+    }
+    return max_;
+  }
+  std::vector<double> sorted = exact_;
+  const auto index = static_cast<std::ptrdiff_t>(rank) - 1;
   std::nth_element(sorted.begin(), sorted.begin() + index, sorted.end());
   return sorted[static_cast<std::size_t>(index)];
 }

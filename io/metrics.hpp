@@ -11,8 +11,8 @@
 
 namespace lamina::io {
 
-/// Times of one stage. Up to kKept times are kept exactly; beyond that every second is dropped and
-/// the stride doubles, so that memory stays flat over any run while percentiles stay good.
+/// Times of one stage. Up to kExact times are kept as they are; from then on all are counted in
+/// steps of 1 %, so that memory stays flat over any run and percentiles are within half of that.
 class StageTimes {
  public:
   void add(double ms);
@@ -22,9 +22,11 @@ class StageTimes {
   double percentile_ms(double percent) const;
 
  private:
-  static constexpr std::size_t kKept = 65536;
-  std::vector<double> kept_;
-  std::int64_t calls_ = 0, stride_ = 1;
+  static constexpr std::size_t kExact = 4096;
+  void count(double ms);
+  std::vector<double> exact_;         // all, while they are few
+  std::vector<std::int64_t> counts_;  // by step, once they are many
+  std::int64_t calls_ = 0;
   double max_ = 0;
 };
 
