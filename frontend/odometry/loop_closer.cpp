@@ -70,8 +70,10 @@ std::vector<LoopClosure> LoopCloser::add(const LaserScan& scan, const ScanMotion
     }
   }
   const Submap& submap = submaps_.back();
-  scans_.push_back({scan.stamp, static_cast<int>(submaps_.size()) - 1, T_anchor_body_,
-                    submap.travelled + submap.turned});
+  if (options_.keep_path) {
+    scans_.push_back({scan.stamp, static_cast<int>(submaps_.size()) - 1, T_anchor_body_,
+                      submap.travelled + submap.turned});
+  }
   extend_submap(scan);
   return loops;
 }
@@ -100,6 +102,8 @@ std::vector<LoopClosure> LoopCloser::complete_submap() {
   Submap& submap = submaps_.back();
   submap.T_anchor_end = T_anchor_body_;
   submap.points = thinned(submap.points, options_.thin_cell);
+  submap.points.shrink_to_fit();
+  submap.fans.shrink_to_fit();
   // A submap that came about in one place has had no step: its covariance must still invert.
   submap.covariance.diagonal() += Eigen::Vector3d(1e-8, 1e-8, 1e-8);
   return close(static_cast<int>(submaps_.size()) - 1);
@@ -248,7 +252,27 @@ std::vector<LoopClosure> LoopCloser::close(int submap) {
     const auto edge = match(candidate, submap, score);
     if (edge && accept(*edge)) loops.push_back(lifted_loop(*edge, score));
   }
+  if (options_.visits > 0 && !loops.empty() && known_well(submap)) {
+    submaps_[static_cast<std::size_t>(submap)].points = {};
+    submaps_[static_cast<std::size_t>(submap)].fans = {};
+  }
   return loops;
+}
+
+// As many older submaps as are kept look at this place the same way.
+bool LoopCloser::known_well(int submap) const {
+  constexpr double kSameHeading = 0.5;  // rad
+  const Eigen::Vector2d centre =
+      graph_.pose(submap) * submaps_[static_cast<std::size_t>(submap)].centre;
+  int known = 0;
+  for (int i = 0; i + options_.min_gap < submap; ++i) {
+    const Submap& old = submaps_[static_cast<std::size_t>(i)];
+    if (old.points.size() < 20) continue;
+    const double off = (graph_.pose(i) * old.centre - centre).norm();
+    const double turn = std::abs((graph_.pose(i).inverse() * graph_.pose(submap)).yaw);
+    known += off < options_.submap_length / 2 && turn < kSameHeading ? 1 : 0;
+  }
+  return known >= options_.visits;
 }
 
 LoopClosure LoopCloser::lifted_loop(const PlanarEdge& edge, double score) const {
@@ -261,6 +285,12 @@ LoopClosure LoopCloser::lifted_loop(const PlanarEdge& edge, double score) const 
   set_planar_block(edge.information.inverse(), loop.covariance);
   loop.score = score;
   return loop;
+}
+
+bool LoopCloser::starts_submap(Timestamp stamp) const {
+  const auto at = std::lower_bound(submaps_.begin(), submaps_.end(), stamp,
+                                   [](const Submap& s, Timestamp t) { return s.stamp < t; });
+  return at != submaps_.end() && at->stamp == stamp;
 }
 
 std::vector<LoopClosure> LoopCloser::finish() {

@@ -37,6 +37,9 @@ struct LoopCloserOptions {
   double max_chi_squared = 25;     ///< 3 dof, against the drift: beyond, the loop is not believed
   /// A match between submaps is off by this at best (their own bend): m, rad, 1-sigma.
   double sigma_translation = 0.02, sigma_rotation = 0.004;
+  /// Submaps kept of one place and heading; a later one that matched is let go. 0: all are kept.
+  int visits = 0;
+  bool keep_path = true;  ///< every scan's pose, for corrected()
 };
 
 struct LoopClosure {
@@ -63,8 +66,11 @@ class LoopCloser {
   /// Completes the last submap and looks for older ones of its place.
   std::vector<LoopClosure> finish();
 
-  /// T_map_body at every scan so far, by odometry and all loops; the first is the identity.
+  /// T_map_body at every scan so far, by odometry and all loops; the first is the identity. Empty
+  /// without keep_path.
   Trajectory corrected() const;
+  /// A scan of this stamp began a submap: loops lead from and to such scans alone.
+  bool starts_submap(Timestamp stamp) const;
   struct Counts {
     int submaps = 0, tried = 0, found = 0, ambiguous = 0, unmatched = 0, open_direction = 0,
         contradicted = 0, inconsistent = 0, accepted = 0;
@@ -121,6 +127,7 @@ class LoopCloser {
   void remake_grids();
   std::optional<PlanarEdge> match(const Candidate& candidate, int submap, double& score);
   bool accept(const PlanarEdge& edge);
+  bool known_well(int submap) const;
   std::vector<LoopClosure> close(int submap);
   LoopClosure lifted_loop(const PlanarEdge& edge, double score) const;
 

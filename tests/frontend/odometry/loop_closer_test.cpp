@@ -2,8 +2,10 @@
 #include <gmock/gmock.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 
 #include <lamina/frontend/odometry/loop_closer.hpp>
+#include <lamina/models/model_archive.hpp>
 
 #include "planar_world.hpp"
 
@@ -61,15 +63,17 @@ struct Result {
   std::vector<SE3> odometry;
   Trajectory corrected;
   LoopCloser::Counts counts;
+  std::vector<std::size_t> kept;  ///< bytes of its archive, each 60 m
 };
 
 /// Drives `metres` of `way`; the motion given to the closer turns by `bend` rad/m too much.
 template <typename Way>
-Result drive(const std::vector<Wall>& walls, Way way, double metres, double bend) {
+Result drive(const std::vector<Wall>& walls, Way way, double metres, double bend,
+             const LoopCloserOptions& options = {}) {
   Scanner scanner;
   scanner.beams = 181;
   scanner.fov = M_PI;
-  LoopCloser closer;
+  LoopCloser closer(options);
   Result r;
   SE3 T;
   const double step = 0.15;
@@ -90,6 +94,10 @@ Result drive(const std::vector<Wall>& walls, Way way, double metres, double bend
     keep(closer.add(scanner.scan(walls, truth, i), motion));
     r.truth.push_back(way(0).inverse() * truth);
     r.odometry.push_back(T);
+    if (i % 400 != 399) continue;
+    ArchiveWriter archive;
+    archive(closer);
+    r.kept.push_back(archive.bytes().size());
   }
   keep(closer.finish());
   r.corrected = closer.corrected();
@@ -122,6 +130,28 @@ TEST(LoopCloser, ClosesARingThatOdometryLeavesOpen) {
   EXPECT_GT(before, 0.8);
   EXPECT_LT(after, 0.35 * before);
   EXPECT_EQ(r.corrected.size(), r.truth.size());
+}
+
+TEST(LoopCloser, PlacesSeenOftenAreKeptButOnce) {
+  LoopCloserOptions options;
+  options.visits = 1;
+  options.keep_path = false;
+  const Result r = drive(ring(), on_ring, 300, 0.0005, options);
+  const Result all = drive(ring(), on_ring, 300, 0.0005);
+  ASSERT_EQ(r.kept.size(), 5U);
+  EXPECT_LT(r.kept.back(), r.kept[1] + r.kept[1] / 5);  // of three laps
+  EXPECT_GT(all.kept.back(), 3 * all.kept.front());
+  EXPECT_TRUE(r.corrected.empty());
+  // Loops are found in the last lap as in the second.
+  EXPECT_GT(std::count_if(r.loops.begin(), r.loops.end(),
+                          [](const LoopClosure& l) { return l.to.seconds() > 1600; }),
+            4);
+  for (const LoopClosure& l : r.loops) {
+    const auto from = static_cast<std::size_t>(l.from.seconds() + 0.5);
+    const auto to = static_cast<std::size_t>(l.to.seconds() + 0.5);
+    const SE3 d = (r.truth[from].inverse() * r.truth[to]).inverse() * l.T_from_to;
+    EXPECT_LT(d.translation().norm(), 0.08);
+  }
 }
 
 TEST(LoopCloser, FindsNoneInABareCorridor) {
