@@ -29,6 +29,7 @@ class MapOutput {
 
   io::Metrics metrics;
   WindowLog window;
+  const std::filesystem::path& folder() const { return folder_; }
 
   /// Keeps the step's scan for scans.csv and the occupancy grid.
   void add(const Step& step, const AddResult& added);

@@ -2,9 +2,11 @@
 #include <lamina/apps/mapping.hpp>
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include <lamina/apps/checkpoint.hpp>
@@ -42,15 +44,29 @@ double milliseconds_since(std::chrono::steady_clock::time_point begin) {
       .count();
 }
 
-// The online line: each step is mapped as it comes.
-void map_step(const Step& step, Mapper& mapper, LoopBook& book, MapOutput& output) {
+// The online line: each step is mapped as it comes. True for keyframes.
+bool map_step(const Step& step, Mapper& mapper, const LoopCloser& closer, LoopBook& book,
+              MapOutput& output) {
   const AddResult added =
       mapper.add(step.observations, step.motion.T_from_to, step.motion.covariance);
   output.metrics.stages["associate"].add(added.associate_ms);
   if (added.is_keyframe) output.metrics.stages["window"].add(added.window_ms);
   output.window.add(step.observations.stamp, added, mapper.options().window);
-  if (step.scan) book.note(step.observations.stamp, added, mapper);
+  if (step.scan && closer.starts_submap(step.observations.stamp))
+    book.note(step.observations.stamp, added, mapper);
   output.add(step, added);
+  return added.is_keyframe;
+}
+
+// Online, what is kept of the way must not grow with the laps: nobody asks for the corrected path,
+// and places seen again and again are searched in as many submaps as a scan is tried against.
+LoopCloserOptions loop_options(const Settings& settings, bool online) {
+  LoopCloserOptions options = settings.loops;
+  if (online) {
+    options.visits = std::max(1, options.max_candidates);
+    options.keep_path = false;
+  }
+  return options;
 }
 
 // What a run goes through with.
@@ -62,7 +78,7 @@ struct Run {
   Checkpoint* checkpoint;  // null: live, nothing to go on from
   bool resume = false, quiet = false, online = false;
   LivePage* live = nullptr;  // null: nobody looks on
-  LoopCloser closer{settings.loops};
+  LoopCloser closer{loop_options(settings, online)};
   InterruptGuard interrupt{};  // Ctrl-C from here on: end early, write all
 };
 
@@ -162,7 +178,7 @@ Mapper map_offline(Run& run) {
   const auto ended = [&] { return run.interrupt.interrupted() && !ended_before; };
   for (const Step& step : steps) {
     if (ended()) break;
-    map_step(step, mapper, book, output);
+    map_step(step, mapper, run.closer, book, output);
     progress.update(++mapped, plane_count(mapper));
     if (!run.live) continue;
     run.live->progress(mapped, static_cast<std::int64_t>(steps.size()));
@@ -176,29 +192,52 @@ Mapper map_offline(Run& run) {
   return mapper;
 }
 
-constexpr double kGrown = 1.1;  // the graph, since it was last refined
+constexpr int kCondenseEvery = 25;  // keyframes, some 10 m
+constexpr int kManyLaps = 3;        // keyframes met for each that is kept
+constexpr double kGrown = 1.1;      // the graph, since it was last refined
+
+// What the solver needed for a moment lies between what stays: its pages go back to the system.
+void give_back_memory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
 
 // Online: what a robot would have had at each instant.
 Mapper map_online(Run& run) {
   MapOutput& output = run.output;
   Mapper mapper(run.settings.mapper);
   LoopBook book;
+  mapper.keep_frames_in(output.folder());
   double refined_at = 0;  // keyframes
+  std::int64_t met_in_all = 0;
+  double met = 0;  // keyframes since then, those taken out again among them
   for_each_step(run, [&](JournalEntry&& entry) {
-    map_step(entry.step, mapper, book, output);
+    if (map_step(entry.step, mapper, run.closer, book, output)) {
+      ++met;
+      // Many laps: their floor is made one between refinements, too. Not before: loops still bend
+      // the map, and floor that hangs on far keyframes bends with those.
+      if (++met_in_all % kCondenseEvery == 0 &&
+          met_in_all > kManyLaps * static_cast<std::int64_t>(mapper.graph().keyframes.size())) {
+        mapper.condense_floor();
+      }
+    }
     if (run.live) run.live->mapped(entry.step, mapper, output.metrics);
     const int taken = book.hand_over(entry.loops, mapper);
     output.metrics.counts["scan_loops"] += taken;
-    // The whole graph moves when a loop says that it is wrong, or much was added since it last did.
+    // The whole graph moves when a loop says that it is wrong, or much was added since it last did,
+    // or as much was seen again: then evidence of laps is made one.
     const auto keyframes = static_cast<double>(mapper.graph().keyframes.size());
-    if (taken > 0 &&
-        (!newest_loops_agree(mapper.graph(), taken) || keyframes > kGrown * refined_at)) {
+    if (taken > 0 && (!newest_loops_agree(mapper.graph(), taken) ||
+                      keyframes > kGrown * refined_at || met > keyframes)) {
       const auto timer = output.metrics.time("refine");
       RefineOptions quick;
       quick.thorough = false;
       mapper.refine(quick);
       mapper.condense_floor();
+      give_back_memory();
       refined_at = keyframes;
+      met = 0;
     }
     return plane_count(mapper);
   });

@@ -8,17 +8,11 @@
 #include <vector>
 
 #include <lamina/backend/boundaries.hpp>
+#include <lamina/backend/frame_log.hpp>
 #include <lamina/backend/graph.hpp>
 #include <lamina/backend/surfel_estimator.hpp>
 
 namespace lamina {
-
-/// A processed frame or scan: where it hangs.
-struct MapFrame {
-  Timestamp stamp;
-  KeyframeId keyframe = KeyframeId::kNone;
-  SE3 T_keyframe_body;
-};
 
 struct MapState {
   Graph graph;

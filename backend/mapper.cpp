@@ -52,7 +52,7 @@ AddResult Mapper::add(const Observations& observations, const SE3& T_prev_body,
   } else {
     localize(step);  // between keyframes the planes hold still
   }
-  frames_.push_back({observations.stamp, keyframe_, estimate_.T_keyframe_body});
+  frames_.add({observations.stamp, keyframe_, estimate_.T_keyframe_body});
   step.result.keyframe = keyframe_;
   step.result.is_keyframe = starts;
   step.result.T_map_body = current_pose();

@@ -2,6 +2,7 @@
 // alike.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
@@ -69,9 +70,14 @@ class Mapper {
                       const std::function<bool(const RefineProgress&)>& progress = {});
 
   /// Floor evidence of keyframes beyond the window that lie within `radius_m` of an older one hangs
-  /// on that one from here on, at the poses of now: what many laps saw takes the room of one. For a
-  /// graph that has just been refined, where neighbours hang together well.
+  /// on that one from here on, at the poses of now, and every place of the floor on one keyframe:
+  /// what many laps saw takes the room of one. Of keyframes that the last refine() laid out, where
+  /// neighbours hang together well; right after it, or when laps have added to them.
   void condense_floor(double radius_m = 1);
+
+  /// What a long run keeps of every frame goes to a file without a name in this folder; its bytes
+  /// come back as they were.
+  void keep_frames_in(const std::filesystem::path& folder) { frames_.keep_in(folder); }
 
   /// Everything in another map frame, as one body.
   void move(const SE3& T_new_map);
@@ -91,7 +97,6 @@ class Mapper {
   const MapperOptions& options() const { return options_; }
 
  private:
-  using Frame = MapFrame;
   // The body relative to its keyframe, with covariance in the right tangent.
   struct Relative {
     SE3 T_keyframe_body;
@@ -167,7 +172,7 @@ class Mapper {
   Graph graph_;
   SlidingWindow window_;
   PlaneIndex index_;
-  std::vector<Frame> frames_;
+  FrameLog frames_;
   std::map<KeyframeId, SE3> left_window_;    // T_map_body as each keyframe left
   KeyframeId keyframe_ = KeyframeId::kNone;  // the present one
   Relative odometry_;                        // by odometry alone: what factors may use
@@ -187,6 +192,7 @@ class Mapper {
   SurfelEvidence surfels_;
   std::map<KeyframeId, std::vector<Eigen::Vector3d>> loose_body_;
   std::int64_t keyframes_made_ = 0;
+  KeyframeId refined_ = KeyframeId::kNone;  // the newest at the last refine()
 };
 
 }  // namespace lamina

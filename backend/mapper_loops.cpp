@@ -48,6 +48,31 @@ std::optional<OdometryFactor> chained_past(const Graph& graph, KeyframeId id) {
   return OdometryFactor{in->from, out->to, in->T_from_to * out->T_from_to, S};
 }
 
+// The keyframe's loops tell nothing new: each agrees with the poses there are (95 % of its own
+// chi-squared), and its place is held by loops of enough others.
+bool loops_can_go(const Graph& graph, const Keyframe& keyframe, double distance_m, double angle) {
+  constexpr double kChiSquared = 12.6;  // 6 degrees of freedom, 95 %
+  constexpr std::size_t kEnough = 3;
+  std::set<KeyframeId> held;  // by loops
+  bool own = false;
+  for (const LoopFactor& loop : graph.loops) {
+    held.insert({loop.from, loop.to});
+    if (loop.from != keyframe.id && loop.to != keyframe.id) continue;
+    own = true;
+    const SE3 T = graph.at(loop.from).T_map_body.inverse() * graph.at(loop.to).T_map_body;
+    const Vector6d off = (loop.T_from_to.inverse() * T).log();
+    if (!((loop.sqrt_information * off).squaredNorm() <= kChiSquared)) return false;
+  }
+  if (!own) return true;
+  std::size_t near = 0;
+  for (const KeyframeId id : held) {
+    if (id == keyframe.id) continue;
+    const SE3 between = graph.at(id).T_map_body.inverse() * keyframe.T_map_body;
+    near += between.translation().norm() < distance_m && between.so3().log().norm() < angle;
+  }
+  return near >= kEnough;
+}
+
 }  // namespace
 
 bool Mapper::recognise() {
@@ -198,6 +223,7 @@ RefineResult Mapper::refine(const RefineOptions& options,
     result = settle_planes(std::move(result), options, progress);
   }
   drop_unsupported();
+  refined_ = keyframe_;
   if (keyframe_ == KeyframeId::kNone) return result;
   // The window follows as one body: its prior says nothing about where it is, only how it hangs
   // together.
@@ -273,8 +299,9 @@ const Keyframe* Mapper::stand_in_for(const Keyframe& keyframe) const {
 void Mapper::retire(KeyframeId id) {
   const Keyframe* keyframe = graph_.find(id);
   if (!keyframe || keyframe->fixed || options_.reuse_distance_m <= 0) return;
-  for (const auto& loop : graph_.loops) {
-    if (loop.from == id || loop.to == id) return;
+  if (!loops_can_go(graph_, *keyframe, options_.reuse_distance_m,
+                    options_.reuse_angle_deg * kDegree)) {
+    return;
   }
   const Keyframe* stand_in = stand_in_for(*keyframe);
   if (!stand_in) return;
@@ -285,11 +312,8 @@ void Mapper::retire(KeyframeId id) {
   const KeyframeId into = stand_in->id;
   const SE3 guess = stand_in->T_map_body.inverse() * keyframe->T_map_body;
   const SE3 T_stand_gone = pose_by_shared_planes(graph_, into, id, guess).T_a_b;
-  for (auto& frame : frames_) {
-    if (frame.keyframe != id) continue;
-    frame.keyframe = into;
-    frame.T_keyframe_body = T_stand_gone * frame.T_keyframe_body;
-  }
+  frames_.hand_over(id, into, T_stand_gone);
+  left_window_.erase(id);  // its frames take the stand-in's
   surfels_.hand_over(id, into, T_stand_gone);
   loose_body_.erase(id);
   for (auto& [plane, pieces] : outlines_) {

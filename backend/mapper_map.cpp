@@ -42,7 +42,7 @@ std::vector<std::string> MapperOptions::problems() const {
 
 Mapper::Mapper(const MapperOptions& options, MapState map) : Mapper(options) {
   graph_ = std::move(map.graph);
-  frames_ = std::move(map.frames);
+  for (const MapFrame& frame : map.frames) frames_.add(frame);
   left_window_ = std::move(map.left_window);
   outlines_ = std::move(map.outlines);
   partial_ = std::move(map.partial);
@@ -51,7 +51,9 @@ Mapper::Mapper(const MapperOptions& options, MapState map) : Mapper(options) {
 }
 
 MapState Mapper::state() const {
-  MapState map{graph_, frames_, left_window_, outlines_, partial_, surfels_, loose_body_};
+  MapState map{graph_, {}, left_window_, outlines_, partial_, surfels_, loose_body_};
+  map.frames.reserve(frames_.size());
+  frames_.for_each([&map](const MapFrame& frame) { map.frames.push_back(frame); });
   for (const auto& [id, joint] : joint_) {
     PlaneLandmark* plane = map.graph.find(id);
     if (plane) plane->covariance = joint.bottomRightCorner<3, 3>();
@@ -109,25 +111,10 @@ MapPlane Mapper::map_plane(const PlaneLandmark& plane) const {
 }
 
 void Mapper::condense_floor(double radius_m) {
-  std::vector<const Keyframe*> holders;
-  for (const KeyframeId id : surfels_.keyframes()) {
-    const Keyframe* keyframe = graph_.find(id);
-    if (!keyframe || window_.contains(id)) continue;
-    const Keyframe* nearest = nullptr;
-    double least = radius_m;
-    for (const Keyframe* holder : holders) {
-      const double off =
-          (holder->T_map_body.translation() - keyframe->T_map_body.translation()).norm();
-      if (off >= least) continue;
-      least = off;
-      nearest = holder;
-    }
-    if (nearest) {
-      surfels_.hand_over(id, nearest->id, nearest->T_map_body.inverse() * keyframe->T_map_body);
-    } else {
-      holders.push_back(keyframe);
-    }
-  }
+  // What came after the last refinement does not lie where the next one will put it.
+  std::vector<KeyframeId> laid_out = surfels_.keyframes();
+  std::erase_if(laid_out, [this](KeyframeId id) { return id > refined_ || window_.contains(id); });
+  surfels_.condense(graph_, laid_out, radius_m);
 }
 
 PlanarMap Mapper::map() const {
@@ -153,19 +140,19 @@ PlanarMap Mapper::map() const {
 
 Trajectory Mapper::trajectory() const {
   Trajectory path;
-  for (const auto& frame : frames_) {
+  frames_.for_each([&](const MapFrame& frame) {
     path.add(frame.stamp, graph_.at(frame.keyframe).T_map_body * frame.T_keyframe_body);
-  }
+  });
   return path;
 }
 
 Trajectory Mapper::online_trajectory() const {
   Trajectory path;
-  for (const auto& frame : frames_) {
+  frames_.for_each([&](const MapFrame& frame) {
     const auto left = left_window_.find(frame.keyframe);
     const SE3& T = left == left_window_.end() ? graph_.at(frame.keyframe).T_map_body : left->second;
     path.add(frame.stamp, T * frame.T_keyframe_body);
-  }
+  });
   return path;
 }
 

@@ -69,12 +69,57 @@ std::optional<SurfelCell> solve_surfel(const Moments& evidence, const Eigen::Vec
 
 void SurfelEvidence::add(KeyframeId keyframe, const Moments& m) {
   if (!(m.weight() > 0) || !m.mean().allFinite() || !m.scatter().allFinite()) return;
+  evidence_[keyframe][square_of(m.mean())].merge(m);
+}
+
+SurfelEvidence::Square SurfelEvidence::square_of(const Eigen::Vector3d& point) const {
   Square square{};
   for (int k = 0; k < 3; ++k) {
-    const double c = std::floor(m.mean()(k) / cell_);
+    const double c = std::floor(point(k) / cell_);
     square[static_cast<std::size_t>(k)] = static_cast<std::int32_t>(std::clamp(c, -1e9, 1e9));
   }
-  evidence_[keyframe][square].merge(m);
+  return square;
+}
+
+void SurfelEvidence::condense(const Graph& graph, const std::vector<KeyframeId>& keyframes,
+                              double radius_m) {
+  const Eigen::Vector3d half_up(0, 0, 0.5 * cell_);  // a floor at z = 0 is one level, not two
+  std::map<Square, std::pair<KeyframeId, Square>> holder_of;  // by cell of the map
+  std::map<KeyframeId, SE3> T_holder_map;
+  for (const KeyframeId id : keyframes) {
+    const Keyframe* keyframe = graph.find(id);
+    const auto it = evidence_.find(id);
+    if (keyframe == nullptr || it == evidence_.end()) continue;
+    const auto squares = std::move(it->second);
+    evidence_.erase(it);
+    const SE3& T_map_body = keyframe->T_map_body;
+    const SE3 T_body_map = T_map_body.inverse();
+    KeyframeId own = id;
+    double least = radius_m;
+    for (const auto& [holder, T] : T_holder_map) {
+      const double off = (T * T_map_body.translation()).norm();
+      if (off >= least) continue;
+      least = off;
+      own = holder;
+    }
+    if (own == id) T_holder_map.emplace(id, T_body_map);
+    for (const auto& [square, moments] : squares) {
+      const Moments moments_map = moments.transformed(T_map_body);
+      const Square cell = square_of(moments_map.mean() + half_up);
+      const auto known = holder_of.find(cell);
+      if (known != holder_of.end()) {
+        const auto& [holder, place] = known->second;
+        evidence_[holder][place].merge(
+            holder == id ? moments : moments_map.transformed(T_holder_map.at(holder)));
+        continue;
+      }
+      const Moments moments_own =
+          own == id ? moments : moments_map.transformed(T_holder_map.at(own));
+      const Square place = own == id ? square : square_of(moments_own.mean());
+      evidence_[own][place].merge(moments_own);
+      holder_of.emplace(cell, std::pair(own, place));
+    }
+  }
 }
 
 void SurfelEvidence::append(const SurfelEvidence& other, std::int64_t keyframe_offset) {

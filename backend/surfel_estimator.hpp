@@ -35,6 +35,10 @@ class SurfelEvidence {
   void add(KeyframeId keyframe, const Moments& moments_body);
   /// Everything of `from` becomes `into`'s: T_into_from.
   void hand_over(KeyframeId from, KeyframeId into, const SE3& T_into_from);
+  /// Evidence of these keyframes at the poses of now: one that lies within `radius_m` of an earlier
+  /// one of them hangs on that one, and what lies in one cell of the map on one keyframe: its room
+  /// is that of the floor, however often it was seen.
+  void condense(const Graph& graph, const std::vector<KeyframeId>& keyframes, double radius_m);
   std::size_t size() const;
   /// Those that have evidence, in order of their ids.
   std::vector<KeyframeId> keyframes() const;
@@ -51,6 +55,7 @@ class SurfelEvidence {
 
  private:
   using Square = std::array<std::int32_t, 3>;
+  Square square_of(const Eigen::Vector3d& point) const;
   double cell_;
   std::map<KeyframeId, std::map<Square, Moments>> evidence_;
 };

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 
 #include <lamina/models/error.hpp>
 
@@ -97,6 +98,43 @@ TEST(Mapper, LapsDoNotGrowTheGraph) {
   EXPECT_LE(static_cast<double>(last), 1.2 * static_cast<double>(second));
   EXPECT_EQ(mapper.map().planes.size(), 5u);
   EXPECT_EQ(mapper.trajectory().size(), drive.truth.size());
+  EXPECT_TRUE(mapper.graph().problems().empty());
+}
+
+// Scans that close loops with the first lap, four a lap: a hundred laps keep what six did.
+TEST(Mapper, LoopsOfAHundredLapsDoNotGrowTheGraph) {
+  constexpr std::size_t kLap = 60, kLaps = 100, kLoopEvery = 15;
+  const Drive drive(kLap * kLaps, kLap, 7);
+  const auto room = make_room();
+  Sensor sensor(8);
+  Mapper mapper;
+  mapper.keep_frames_in(testing::TempDir());
+  std::map<std::size_t, std::pair<KeyframeId, SE3>> places;  // keyframe, T_keyframe_body
+  std::size_t sixth = 0;
+  Matrix6d C = Matrix6d::Zero();
+  C.diagonal() << Eigen::Vector3d::Constant(1e-4), Eigen::Vector3d::Constant(4e-6);
+  const auto size = [&] { return mapper.graph().keyframes.size() + mapper.graph().factor_count(); };
+  for (std::size_t i = 0; i < drive.truth.size(); ++i) {
+    const AddResult added =
+        mapper.add(sensor.scan(drive.truth[i], at_frame(i), room),
+                   i == 0 ? drive.truth[0] : drive.increments[i - 1], drive.covariance);
+    if (i + 1 == 6 * kLap) sixth = size();
+    if (i % kLoopEvery != 0) continue;
+    const SE3 T_keyframe_body =
+        mapper.graph().at(added.keyframe).T_map_body.inverse() * added.T_map_body;
+    const auto [place, first] =
+        places.try_emplace(i % kLap, std::pair(added.keyframe, T_keyframe_body));
+    if (first) continue;
+    const SE3 T = drive.truth[i % kLap].inverse() * drive.truth[i] *
+                  SE3::planar(sensor.gauss(0.005), sensor.gauss(0.005), sensor.gauss(0.001));
+    mapper.add_loop(place->second.first, added.keyframe,
+                    place->second.second * T * T_keyframe_body.inverse(), C);
+    if (i / kLap == 1) mapper.refine();
+  }
+  EXPECT_LE(static_cast<double>(size()), 1.1 * static_cast<double>(sixth));
+  EXPECT_LE(mapper.graph().loops.size(), 40U);
+  EXPECT_EQ(mapper.trajectory().size(), drive.truth.size());
+  EXPECT_LT(ate(mapper.trajectory(), drive.truth), 0.05);
   EXPECT_TRUE(mapper.graph().problems().empty());
 }
 
