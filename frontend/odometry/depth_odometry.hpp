@@ -93,7 +93,20 @@ class DepthOdometry {
       a(v.T_world_camera, v.blocks, v.median_depth);
     }
   };
+  struct Expectation;
   struct Alignment;
+  /// `dt`: s since the last image.
+  Expectation expect(double dt, const SE3& T_body_camera,
+                     const std::optional<MotionGuess>& guess) const;
+  Alignment aligned_as_expected(const DepthBlocks& current, const Expectation& expected) const;
+  /// Where the image was taken: aligned as expected, from other starts where that fits badly, and
+  /// moved along what slopes leave open.
+  Alignment locate(const DepthBlocks& current, const Expectation& expected,
+                   const SE3& T_body_camera) const;
+  /// Of the motion between two images (camera frame): alignment, expectation, and what a match is
+  /// off at best.
+  Matrix6d covariance_of(const Alignment& alignment, const Expectation& expected,
+                         const SE3& T_prev_curr) const;
   void align(const DepthBlocks& current, const SE3& predicted, const Matrix6d& prior,
              Alignment& alignment, int coarse_iterations, int fine_iterations) const;
   /// Tries other starts (T_world_camera) and takes the best, if it is clearly better.

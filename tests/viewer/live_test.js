@@ -19,7 +19,7 @@ async function main() {
   if (!executable || !fs.existsSync(executable)) skip('there is no Chromium');
   const chromium = playwright(path.join(work, 'npm'));
   const data = path.join(work, 'live_room'), folder = path.join(work, 'live');
-  const made = spawnSync(lamina, ['simulate', 'room', '--output', data, '--seed', '4', '--set', 'path.laps=2', '--duration', '70', '--quiet'], { encoding: 'utf8' });
+  const made = spawnSync(lamina, ['simulate', 'room', '--output', data, '--seed', '4', '--set', 'path.laps=4', '--duration', '130', '--quiet'], { encoding: 'utf8' });
   if (made.status !== 0) throw new Error(made.stderr);
   const browser = await launch(chromium, executable);
 
