@@ -26,11 +26,11 @@ double distance_in_sizes2(const DisparitySums& s, const Eigen::Vector3d& place) 
   return length2 / std::max(1.0, spread2);
 }
 
-// A plane tells of places up to eight of its own sizes away (the standard deviation of its pixels
-// that way: some two of its lengths). Two narrow strips at either end of an image say nothing of
-// each other: there always is some plane through both.
+// A plane tells of places up to fourteen of its own sizes away (the standard deviation of its
+// pixels that way: some four of its lengths). Two narrow strips at either end of an image say
+// nothing of each other: there always is some plane through both.
 bool within_reach(const DisparitySums& a, const DisparitySums& b) {
-  constexpr double kSizes = 8;
+  constexpr double kSizes = 14;
   const auto reaches = [](const DisparitySums& from, const DisparitySums& to) {
     return distance_in_sizes2(from, {to.u / to.n, to.v / to.n, 1}) <= kSizes * kSizes;
   };
