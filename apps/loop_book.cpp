@@ -1,8 +1,6 @@
 // From stamps to keyframes.
 #include <lamina/apps/loop_book.hpp>
 
-#include <algorithm>
-
 namespace lamina::apps {
 
 void LoopBook::note(Timestamp stamp, const AddResult& added, const Mapper& mapper) {
@@ -25,18 +23,6 @@ int LoopBook::hand_over(const std::vector<LoopClosure>& loops, Mapper& mapper) c
                              J * loop.covariance * J.transpose());
   }
   return taken;
-}
-
-bool newest_loops_agree(const Graph& graph, int newest) {
-  constexpr double kChiSquared = 12.6;  // 6 degrees of freedom, 95 %
-  const auto count = std::min(graph.loops.size(), static_cast<std::size_t>(std::max(0, newest)));
-  return std::all_of(graph.loops.end() - static_cast<std::ptrdiff_t>(count), graph.loops.end(),
-                     [&graph](const LoopFactor& loop) {
-                       const SE3 T_from_to =
-                           graph.at(loop.from).T_map_body.inverse() * graph.at(loop.to).T_map_body;
-                       const Vector6d off = (loop.T_from_to.inverse() * T_from_to).log();
-                       return (loop.sqrt_information * off).squaredNorm() <= kChiSquared;
-                     });
 }
 
 }  // namespace lamina::apps

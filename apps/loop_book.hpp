@@ -26,9 +26,4 @@ class LoopBook {
   std::map<Timestamp, Place> places_;
 };
 
-/// The present estimates hold each of the graph's `newest` loops: squared errors over the loop's
-/// own covariance within 95 % of chi-squared. Such loops need no refinement now: it would move
-/// nothing that they know of.
-bool newest_loops_agree(const Graph& graph, int newest);
-
 }  // namespace lamina::apps

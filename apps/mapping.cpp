@@ -20,6 +20,7 @@
 #include <lamina/apps/progress.hpp>
 #include <lamina/apps/reader.hpp>
 #include <lamina/backend/mapper.hpp>
+#include <lamina/backend/online_upkeep.hpp>
 #include <lamina/backend/refiner.hpp>
 #include <lamina/io/atomic_file.hpp>
 #include <lamina/models/error.hpp>
@@ -44,9 +45,9 @@ double milliseconds_since(std::chrono::steady_clock::time_point begin) {
       .count();
 }
 
-// The online line: each step is mapped as it comes. True for keyframes.
-bool map_step(const Step& step, Mapper& mapper, const LoopCloser& closer, LoopBook& book,
-              MapOutput& output) {
+// The online line: each step is mapped as it comes.
+AddResult map_step(const Step& step, Mapper& mapper, const LoopCloser& closer, LoopBook& book,
+                   MapOutput& output) {
   const AddResult added =
       mapper.add(step.observations, step.motion.T_from_to, step.motion.covariance);
   output.metrics.stages["associate"].add(added.associate_ms);
@@ -55,7 +56,7 @@ bool map_step(const Step& step, Mapper& mapper, const LoopCloser& closer, LoopBo
   if (step.scan && closer.starts_submap(step.observations.stamp))
     book.note(step.observations.stamp, added, mapper);
   output.add(step, added);
-  return added.is_keyframe;
+  return added;
 }
 
 // Online, what is kept of the way must not grow with the laps: nobody asks for the corrected path,
@@ -192,10 +193,6 @@ Mapper map_offline(Run& run) {
   return mapper;
 }
 
-constexpr int kCondenseEvery = 25;  // keyframes, some 10 m
-constexpr int kManyLaps = 3;        // keyframes met for each that is kept
-constexpr double kGrown = 1.1;      // the graph, since it was last refined
-
 // What the solver needed for a moment lies between what stays: its pages go back to the system.
 void give_back_memory() {
 #ifdef __GLIBC__
@@ -208,36 +205,17 @@ Mapper map_online(Run& run) {
   MapOutput& output = run.output;
   Mapper mapper(run.settings.mapper);
   LoopBook book;
+  OnlineUpkeep upkeep;
   mapper.keep_frames_in(output.folder());
-  double refined_at = 0;  // keyframes
-  std::int64_t met_in_all = 0;
-  double met = 0;  // keyframes since then, those taken out again among them
   for_each_step(run, [&](JournalEntry&& entry) {
-    if (map_step(entry.step, mapper, run.closer, book, output)) {
-      ++met;
-      // Many laps: their floor is made one between refinements, too. Not before: loops still bend
-      // the map, and floor that hangs on far keyframes bends with those.
-      if (++met_in_all % kCondenseEvery == 0 &&
-          met_in_all > kManyLaps * static_cast<std::int64_t>(mapper.graph().keyframes.size())) {
-        mapper.condense_floor();
-      }
-    }
+    upkeep.added(map_step(entry.step, mapper, run.closer, book, output), mapper);
     if (run.live) run.live->mapped(entry.step, mapper, output.metrics);
     const int taken = book.hand_over(entry.loops, mapper);
     output.metrics.counts["scan_loops"] += taken;
-    // The whole graph moves when a loop says that it is wrong, or much was added since it last did,
-    // or as much was seen again: then evidence of laps is made one.
-    const auto keyframes = static_cast<double>(mapper.graph().keyframes.size());
-    if (taken > 0 && (!newest_loops_agree(mapper.graph(), taken) ||
-                      keyframes > kGrown * refined_at || met > keyframes)) {
+    if (upkeep.due(taken, mapper)) {
       const auto timer = output.metrics.time("refine");
-      RefineOptions quick;
-      quick.thorough = false;
-      mapper.refine(quick);
-      mapper.condense_floor();
+      upkeep.refine(mapper);
       give_back_memory();
-      refined_at = keyframes;
-      met = 0;
     }
     return plane_count(mapper);
   });

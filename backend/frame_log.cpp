@@ -1,54 +1,11 @@
 // Blocks of frames in memory and on file.
 #include <lamina/backend/frame_log.hpp>
 
-#include <unistd.h>
-
-#include <cstdlib>
 #include <string>
 
 #include <lamina/backend/map_archive.hpp>
-#include <lamina/models/error.hpp>
 
 namespace lamina {
-
-struct FrameLog::File {
-  std::filesystem::path folder;
-  int descriptor = -1;
-  std::uint64_t size = 0;
-
-  explicit File(const std::filesystem::path& in) : folder(in) {
-    std::string name = (folder / ".frames_XXXXXX").string();
-    descriptor = ::mkstemp(name.data());
-    if (descriptor < 0)
-      throw Error(folder.string() + ": cannot be written, expected a writable folder");
-    ::unlink(name.c_str());
-  }
-  ~File() { ::close(descriptor); }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-
-  void append(const std::string& bytes) {
-    std::size_t done = 0;
-    while (done < bytes.size()) {
-      const auto wrote = ::pwrite(descriptor, bytes.data() + done, bytes.size() - done,
-                                  static_cast<off_t>(size + done));
-      if (wrote <= 0) throw Error(folder.string() + ": writing failed, is the disk full?");
-      done += static_cast<std::size_t>(wrote);
-    }
-    size += bytes.size();
-  }
-  std::string read(const Block& block) const {
-    std::string bytes(block.size, '\0');
-    std::size_t done = 0;
-    while (done < bytes.size()) {
-      const auto got = ::pread(descriptor, bytes.data() + done, bytes.size() - done,
-                               static_cast<off_t>(block.at + done));
-      if (got <= 0) throw Error(folder.string() + ": what was put aside there cannot be read");
-      done += static_cast<std::size_t>(got);
-    }
-    return bytes;
-  }
-};
 
 void FrameLog::add(const MapFrame& frame) {
   newest_.push_back(frame);
@@ -57,10 +14,10 @@ void FrameLog::add(const MapFrame& frame) {
 }
 
 void FrameLog::spill() {
-  if (!file_) file_ = std::make_shared<File>(folder_);
+  if (!file_) file_ = std::make_shared<UnnamedFile>(folder_);
   ArchiveWriter archive;
   for (const MapFrame& frame : newest_) archive(frame);
-  blocks_.push_back({file_->size, archive.bytes().size(), newest_.size()});
+  blocks_.push_back({file_->size(), archive.bytes().size(), newest_.size()});
   file_->append(archive.bytes());
   newest_.clear();
 }
@@ -81,7 +38,7 @@ MapFrame FrameLog::resolved(MapFrame frame) const {
 
 void FrameLog::for_each(const std::function<void(const MapFrame&)>& take) const {
   for (const Block& block : blocks_) {
-    const std::string bytes = file_->read(block);
+    const std::string bytes = file_->read(block.at, block.size);
     ArchiveReader archive(bytes);
     for (std::size_t i = 0; i < block.frames; ++i) {
       MapFrame frame;

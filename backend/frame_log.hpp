@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <lamina/backend/graph.hpp>
+#include <lamina/models/unnamed_file.hpp>
 
 namespace lamina {
 
@@ -36,7 +37,6 @@ class FrameLog {
   void for_each(const std::function<void(const MapFrame&)>& take) const;
 
  private:
-  struct File;
   struct Block {  // of the file
     std::uint64_t at = 0;
     std::size_t size = 0, frames = 0;
@@ -50,7 +50,7 @@ class FrameLog {
 
   std::filesystem::path folder_;  // empty: in memory
   std::vector<MapFrame> newest_;
-  std::shared_ptr<File> file_;
+  std::shared_ptr<UnnamedFile> file_;
   std::vector<Block> blocks_;
   std::map<KeyframeId, Heir> heirs_;
   std::size_t size_ = 0;

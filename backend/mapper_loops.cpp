@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 
+#include <lamina/backend/loop_agreement.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/mapper_step.hpp>
 #include <lamina/backend/shared_planes.hpp>
@@ -48,22 +49,19 @@ std::optional<OdometryFactor> chained_past(const Graph& graph, KeyframeId id) {
   return OdometryFactor{in->from, out->to, in->T_from_to * out->T_from_to, S};
 }
 
-// The keyframe's loops tell nothing new: each agrees with the poses there are (95 % of its own
-// chi-squared), and its place is held by loops of enough others.
+// The keyframe's loops tell nothing new: each agrees with the poses there are, and its place is
+// held by loops of enough others.
 bool loops_can_go(const Graph& graph, const Keyframe& keyframe, double distance_m, double angle) {
-  constexpr double kChiSquared = 12.6;  // 6 degrees of freedom, 95 %
   constexpr std::size_t kEnough = 3;
-  std::set<KeyframeId> held;  // by loops
   bool own = false;
   for (const LoopFactor& loop : graph.loops) {
-    held.insert({loop.from, loop.to});
     if (loop.from != keyframe.id && loop.to != keyframe.id) continue;
+    if (!agrees(graph, loop)) return false;
     own = true;
-    const SE3 T = graph.at(loop.from).T_map_body.inverse() * graph.at(loop.to).T_map_body;
-    const Vector6d off = (loop.T_from_to.inverse() * T).log();
-    if (!((loop.sqrt_information * off).squaredNorm() <= kChiSquared)) return false;
   }
   if (!own) return true;
+  std::set<KeyframeId> held;  // by loops
+  for (const LoopFactor& loop : graph.loops) held.insert({loop.from, loop.to});
   std::size_t near = 0;
   for (const KeyframeId id : held) {
     if (id == keyframe.id) continue;

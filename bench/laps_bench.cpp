@@ -11,6 +11,7 @@
 #include <map>
 
 #include <lamina/backend/mapper.hpp>
+#include <lamina/backend/online_upkeep.hpp>
 #include <lamina/models/error.hpp>
 
 #include "../tests/backend/mapper_room.hpp"
@@ -49,18 +50,9 @@ Kept kept(const Mapper& mapper, double before) {
   return k;
 }
 
-// Floor from 1 to 3 m ahead, and the foot of what stands on it.
-void add_floor(Observations& o, made_up::Sensor& sensor) {
-  for (double x = 1; x < 3; x += 0.1) {
-    for (double y = -0.5; y < 0.5; y += 0.1) {
-      FloorPatch patch;
-      for (int k = 0; k < 9; ++k) {
-        patch.moments_sensor.add({x + 0.03 * (k % 3), y + 0.03 * (k / 3), sensor.gauss(0.003)},
-                                 1e5);
-      }
-      o.floor_patches.push_back(patch);
-    }
-  }
+// Floor, and the foot of what stands on it.
+void add_ground(Observations& o, made_up::Sensor& sensor) {
+  made_up::add_floor(o, sensor);
   for (int k = 0; k < 100; ++k) {
     o.obstacle_points_body.emplace_back(3 + sensor.gauss(0.2), sensor.gauss(0.5), 0.2);
   }
@@ -74,21 +66,16 @@ void run(int laps) {
   Mapper mapper;
   mapper.keep_frames_in(std::filesystem::temp_directory_path());
   std::map<std::size_t, std::pair<KeyframeId, SE3>> places;  // of frames: keyframe, T_keyframe_body
-  double refined_at = 0, second = 0;
-  int met_in_all = 0;
-  double met = 0;  // keyframes since then, those taken out again among them
+  OnlineUpkeep upkeep;
+  double second = 0;
   std::puts("  lap keyframes observations loops planes pieces squares  loose frames  heap MB");
   for (std::size_t i = 0; i < drive.truth.size(); ++i) {
     Observations o = i % 3 == 2 ? sensor.scan(drive.truth[i], made_up::at_frame(i), room)
                                 : sensor.depth(drive.truth[i], made_up::at_frame(i), room);
-    if (i % 3 != 2) add_floor(o, sensor);
+    if (i % 3 != 2) add_ground(o, sensor);
     const AddResult added =
         mapper.add(o, i == 0 ? drive.truth[0] : drive.increments[i - 1], drive.covariance);
-    if (added.is_keyframe) {
-      ++met;
-      const auto kept_now = static_cast<int>(mapper.graph().keyframes.size());
-      if (++met_in_all % 25 == 0 && met_in_all > 3 * kept_now) mapper.condense_floor();
-    }
+    upkeep.added(added, mapper);
     constexpr std::size_t kEvery = 30;  // frames, some 2.5 m: as long as a submap
     if (i % kEvery == 0) {
       const Keyframe& at = mapper.graph().at(added.keyframe);
@@ -107,15 +94,7 @@ void run(int laps) {
       } else {
         places[i] = here;
       }
-      const auto keyframes = static_cast<double>(mapper.graph().keyframes.size());
-      if (taken && (keyframes > 1.1 * refined_at || met > keyframes)) {
-        RefineOptions quick;
-        quick.thorough = false;
-        mapper.refine(quick);
-        mapper.condense_floor();
-        refined_at = keyframes;
-        met = 0;
-      }
+      if (upkeep.due(taken ? 1 : 0, mapper)) upkeep.refine(mapper);
     }
     if ((i + 1) % kFramesALap != 0) continue;
     const int lap = static_cast<int>((i + 1) / kFramesALap);

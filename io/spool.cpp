@@ -1,9 +1,7 @@
 // Length and bytes of each item, one after the other.
 #include <lamina/io/spool.hpp>
 
-#include <unistd.h>
-
-#include <cstdlib>
+#include <algorithm>
 #include <cstring>
 
 #include <lamina/models/error.hpp>
@@ -31,10 +29,6 @@ void take_items(std::string& bytes, const std::function<void(std::string_view)>&
 
 Spool::Spool(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-Spool::~Spool() {
-  if (file_ >= 0) ::close(file_);
-}
-
 void Spool::add(std::string_view item) {
   const Length length = item.size();
   pending_.append(reinterpret_cast<const char*>(&length), sizeof length);
@@ -44,38 +38,24 @@ void Spool::add(std::string_view item) {
 }
 
 void Spool::clear() {
-  if (file_ >= 0) ::close(file_);
-  file_ = -1;
+  file_.reset();
   pending_.clear();
-  count_ = bytes_ = 0;
+  count_ = 0;
 }
 
 void Spool::flush() {
-  if (file_ < 0) {
-    std::string name = (folder_ / ".spool_XXXXXX").string();
-    file_ = ::mkstemp(name.data());
-    if (file_ < 0)
-      throw Error(folder_.string() + ": cannot be written, expected a writable folder");
-    ::unlink(name.c_str());
-  }
-  std::size_t done = 0;
-  while (done < pending_.size()) {
-    const auto wrote = ::pwrite(file_, pending_.data() + done, pending_.size() - done,
-                                static_cast<off_t>(bytes_ + done));
-    if (wrote <= 0) throw Error(folder_.string() + ": writing failed, is the disk full?");
-    done += static_cast<std::size_t>(wrote);
-  }
-  bytes_ += pending_.size();
+  if (!file_) file_.emplace(folder_);
+  file_->append(pending_);
   pending_.clear();
 }
 
 void Spool::for_each(const std::function<void(std::string_view)>& take) const {
-  std::string bytes, block(kBlock, '\0');
-  for (std::uint64_t at = 0; at < bytes_;) {
-    const auto got = ::pread(file_, block.data(), kBlock, static_cast<off_t>(at));
-    if (got <= 0) throw Error(folder_.string() + ": what was put aside there cannot be read");
-    at += static_cast<std::uint64_t>(got);
-    bytes.append(block, 0, static_cast<std::size_t>(got));
+  std::string bytes;
+  const std::uint64_t size = file_ ? file_->size() : 0;
+  for (std::uint64_t at = 0; at < size;) {
+    const std::string block = file_->read(at, std::min<std::uint64_t>(kBlock, size - at));
+    at += block.size();
+    bytes += block;
     take_items(bytes, take);
   }
   bytes += pending_;

@@ -4,8 +4,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
+
+#include <lamina/models/unnamed_file.hpp>
 
 namespace lamina::io {
 
@@ -15,9 +18,6 @@ class Spool {
  public:
   /// In this folder, made on first need; throws lamina::Error when it cannot be written.
   explicit Spool(std::filesystem::path folder = std::filesystem::temp_directory_path());
-  ~Spool();
-  Spool(const Spool&) = delete;
-  Spool& operator=(const Spool&) = delete;
 
   void add(std::string_view item);
   std::uint64_t size() const { return count_; }
@@ -28,9 +28,9 @@ class Spool {
  private:
   void flush();
   std::filesystem::path folder_;
-  int file_ = -1;
+  std::optional<UnnamedFile> file_;
   std::string pending_;  // the list's end, not in the file yet
-  std::uint64_t count_ = 0, bytes_ = 0;
+  std::uint64_t count_ = 0;
 };
 
 }  // namespace lamina::io

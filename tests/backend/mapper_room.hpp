@@ -118,6 +118,20 @@ class Sensor {
   std::normal_distribution<double> normal_;
 };
 
+// Floor from 1 to 3 m ahead, in patches of 10 cm.
+inline void add_floor(Observations& o, Sensor& sensor) {
+  for (double x = 1; x < 3; x += 0.1) {
+    for (double y = -0.5; y < 0.5; y += 0.1) {
+      FloorPatch patch;
+      for (int k = 0; k < 9; ++k) {
+        patch.moments_sensor.add({x + 0.03 * (k % 3), y + 0.03 * (k / 3), sensor.gauss(0.003)},
+                                 1e5);
+      }
+      o.floor_patches.push_back(patch);
+    }
+  }
+}
+
 // Laps of an ellipse, four frames a keyframe, odometry that drifts.
 struct Drive {
   std::vector<SE3> truth;

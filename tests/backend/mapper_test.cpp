@@ -145,16 +145,7 @@ TEST(Mapper, FloorOfManyLapsTakesTheRoomOfOne) {
   Sensor sensor(22);
   Mapper mapper = run(drive, {}, [&](std::size_t i) {
     Observations o = sensor.depth(drive.truth[i], at_frame(i), room);
-    for (double x = 1; x < 3; x += 0.1) {
-      for (double y = -0.5; y < 0.5; y += 0.1) {
-        FloorPatch patch;
-        for (int k = 0; k < 9; ++k) {
-          patch.moments_sensor.add({x + 0.03 * (k % 3), y + 0.03 * (k / 3), sensor.gauss(0.003)},
-                                   1e5);
-        }
-        o.floor_patches.push_back(patch);
-      }
-    }
+    add_floor(o, sensor);
     return o;
   });
   mapper.refine();

@@ -1,9 +1,9 @@
-// Loops between scans as loops between keyframes, and whether the map holds them already.
+// Whether the map holds already what loops say.
 #include <gtest/gtest.h>
 
-#include <lamina/apps/loop_book.hpp>
+#include <lamina/backend/loop_agreement.hpp>
 
-namespace lamina::apps {
+namespace lamina {
 namespace {
 
 // Two keyframes 2 m apart, and loops between them that say they are `said` apart, to 1 cm.
@@ -32,4 +32,4 @@ TEST(NewestLoops, OlderOnesAreNotAskedAgain) {
 }
 
 }  // namespace
-}  // namespace lamina::apps
+}  // namespace lamina

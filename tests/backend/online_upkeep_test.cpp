@@ -1,0 +1,65 @@
+// When the whole map has its turn.
+#include <gtest/gtest.h>
+
+#include <lamina/backend/online_upkeep.hpp>
+
+#include "mapper_room.hpp"
+
+namespace lamina {
+namespace {
+
+// Keyframes along the room.
+struct Met {
+  const made_up::Drive way;
+  made_up::Sensor sensor;
+  Mapper mapper;
+  OnlineUpkeep upkeep;
+  std::size_t frames = 0;
+  int keyframes = 0;
+
+  explicit Met(unsigned seed) : way(60, 180, seed), sensor(seed + 1) {}
+  void drive(std::size_t more) {
+    const auto room = made_up::make_room();
+    for (const std::size_t end = frames + more; frames < end; ++frames) {
+      const auto added =
+          mapper.add(sensor.depth(way.truth[frames], made_up::at_frame(frames), room),
+                     frames == 0 ? way.truth[0] : way.increments[frames - 1], way.covariance);
+      upkeep.added(added, mapper);
+      keyframes += added.is_keyframe;
+    }
+  }
+  // From the first keyframe to the last, `off` metres from what the map has.
+  bool loop(double off) {
+    const Keyframe &a = mapper.graph().keyframes.front(), &b = mapper.graph().keyframes.back();
+    const SE3 T = a.T_map_body.inverse() * b.T_map_body;
+    return mapper.add_loop(a.id, b.id, SE3::planar(off, 0, 0) * T, 1e-4 * Matrix6d::Identity());
+  }
+};
+
+TEST(OnlineUpkeep, LoopsOfAMapThatWasJustRefinedAreAskedFirst) {
+  Met met(31);
+  met.drive(30);
+  ASSERT_GT(met.keyframes, 3);
+  EXPECT_FALSE(met.upkeep.due(0, met.mapper));  // no loop
+  ASSERT_TRUE(met.loop(0));
+  EXPECT_TRUE(met.upkeep.due(1, met.mapper));  // never refined
+  met.upkeep.refine(met.mapper);
+  ASSERT_TRUE(met.loop(0));
+  EXPECT_FALSE(met.upkeep.due(1, met.mapper));
+  ASSERT_TRUE(met.loop(0.2));
+  EXPECT_TRUE(met.upkeep.due(1, met.mapper));
+}
+
+TEST(OnlineUpkeep, AGraphThatHasGrownIsDue) {
+  Met met(32);
+  met.drive(30);
+  met.upkeep.refine(met.mapper);
+  ASSERT_TRUE(met.loop(0));
+  ASSERT_FALSE(met.upkeep.due(1, met.mapper));
+  met.drive(30);
+  ASSERT_TRUE(met.loop(0));
+  EXPECT_TRUE(met.upkeep.due(1, met.mapper));
+}
+
+}  // namespace
+}  // namespace lamina
