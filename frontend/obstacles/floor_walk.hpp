@@ -74,8 +74,9 @@ void find_ledges(const ScanOptions& options, std::vector<WalkEnd>& ends);
 
 /// Holes that fewer than four of the four neighbours on each side share become edges of knowledge.
 /// Where the sensor was fading a rim is the farthest floor seen by those neighbours; where it sees
-/// floor no more (lost_deg), what virtual floor projection says.
-void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<WalkEnd>& ends);
+/// floor no more (lost_deg from the normal of the plane walked on: a ramp that rises is seen
+/// farther than the floor), what virtual floor projection says.
+void settle_holes(const WalkPlanes& planes, const ScanOptions& options, std::vector<WalkEnd>& ends);
 
 /// Hysteresis: a rim that was found goes on over the neighbouring lines as long as the ground just
 /// behind it lies lower than the floor before it by more than noise, however little: at a pit's

@@ -80,7 +80,7 @@ ObstacleScan ObstacleScanner::State::ours(const ScanView& view, const FloorResul
       ends.push_back(walk(view, lines.back(), labels, planes, options));
     }
     find_ledges(options, ends);
-    settle_holes(view, options, ends);
+    settle_holes(planes, options, ends);
     extend_rims(ends);
     grow_rims(view, lines, planes, ends);
     smooth_edges(ends);

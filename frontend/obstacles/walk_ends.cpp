@@ -146,11 +146,11 @@ void draw_in_alone(std::vector<WalkEnd>& ends) {
 
 }  // namespace
 
-void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<WalkEnd>& ends) {
+void settle_holes(const WalkPlanes& planes, const ScanOptions& options,
+                  std::vector<WalkEnd>& ends) {
   constexpr int kNeeded = 4;
   const std::vector<WalkEnd> raw = ends;
   const std::ptrdiff_t n = static_cast<std::ptrdiff_t>(raw.size());
-  const double lost = view.height() * std::tan(options.lost_deg * kDegree);
   for (std::ptrdiff_t j = 0; j < n; ++j) {
     WalkEnd& end = ends[static_cast<std::size_t>(j)];
     if (end.cause != BeamCause::kHole) continue;
@@ -174,6 +174,9 @@ void settle_holes(const ScanView& view, const ScanOptions& options, std::vector<
     const double rim = rim_before_ground_below(raw, j);
     end.range = std::min(reach, std::max(rim, end.range));
     const double gap = rim - reach;
+    const WalkPlane& plane = planes.planes[static_cast<std::size_t>(end.plane)];
+    const double lost =
+        static_cast<double>(plane.camera_height) * std::tan(options.lost_deg * kDegree);
     const bool lost_here = reach >= lost || (thins_out(raw, j, reach) && in_line(raw, j));
     if (!lost_here || gap <= 0) continue;
     end.range = gap > 2 * options.max_faded_gap_m ? rim : reach + 0.5 * gap;

@@ -3,8 +3,6 @@
 
 #include <lamina/frontend/obstacles/floor_walk.hpp>
 
-#include "depth_scene.hpp"
-
 namespace lamina {
 namespace {
 
@@ -17,6 +15,12 @@ WalkEnd sharp_end(double range) {
   e.sample = 50;
   e.sharp = true;
   return e;
+}
+
+WalkPlanes planes_below(const std::vector<float>& camera_heights) {
+  WalkPlanes planes;
+  for (const float height : camera_heights) planes.planes.emplace_back().camera_height = height;
+  return planes;
 }
 
 TEST(WalkEnds, StraightRimsAreLedges) {
@@ -55,10 +59,7 @@ TEST(WalkEnds, RimsGoOnOverShortGaps) {
 
 // Posts before a rim say nothing about it; lines that saw floor beyond it do.
 TEST(WalkEnds, HolesAreBelievedPastPostsNotPastFloor) {
-  const DepthFrame f = empty_frame();
-  DisparityImage image;
-  fill_disparity(f, image);
-  const ScanView view(f, image, f.camera.camera.T_body_camera);
+  const WalkPlanes floor = planes_below({0.6F});
   WalkEnd hole = sharp_end(1.5), between = sharp_end(1.2);
   hole.cause = BeamCause::kHole;
   hole.beyond = 1.55;
@@ -67,9 +68,29 @@ TEST(WalkEnds, HolesAreBelievedPastPostsNotPastFloor) {
     between.range = range;
     std::vector<WalkEnd> ends(30, between);
     for (const std::size_t j : {10U, 11U, 12U, 17U, 18U, 19U}) ends[j] = hole;
-    settle_holes(view, {}, ends);
+    settle_holes(floor, {}, ends);
     EXPECT_EQ(ends[12].cause, range < 1.5 ? BeamCause::kHole : BeamCause::kEdgeOfKnowledge);
     EXPECT_EQ(ends[12].barred, range > 1.5);
+  }
+}
+
+// A camera 0.6 m up loses the floor beyond 4.1 m: there virtual projection says where the rim is.
+// A rising ramp whose plane passes 0.9 m below the camera is seen up to 6 m, and so is its crest:
+// the floor behind that is what was lost.
+TEST(WalkEnds, WhereFloorIsLostDependsOnThePlaneWalkedOn) {
+  const WalkPlanes planes = planes_below({0.6F, 0.9F});
+  WalkEnd faded = sharp_end(4.5);
+  faded.cause = BeamCause::kHole;
+  faded.sharp = false;
+  faded.faded = true;
+  faded.beyond = 5.4;
+  faded.beyond_footprint = 0.05;
+  faded.history = 0xFFFF;
+  for (const int plane : {0, 1}) {
+    faded.plane = plane;
+    std::vector<WalkEnd> ends(20, faded);
+    settle_holes(planes, {}, ends);
+    EXPECT_NEAR(ends[10].range, plane == 0 ? 5.35 : 4.5, 0.01);
   }
 }
 
