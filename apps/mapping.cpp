@@ -19,6 +19,7 @@
 #include <lamina/apps/preset.hpp>
 #include <lamina/apps/progress.hpp>
 #include <lamina/apps/reader.hpp>
+#include <lamina/apps/wheel_calibration.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/online_upkeep.hpp>
 #include <lamina/backend/refiner.hpp>
@@ -140,6 +141,24 @@ void level(Mapper& mapper) {
   mapper.move(levelled_pose(T_first_map * floor->plane_map) * T_first_map);
 }
 
+// Wheels that err in every step are calibrated by a map of their own first.
+void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, MapOutput& output,
+                    const std::function<bool()>& ended) {
+  const auto timer = output.metrics.time("wheels");
+  const auto errors = calibrate_wheels(steps, options, ended);
+  if (!errors) return;
+  constexpr double kDegree = M_PI / 180;
+  const Eigen::Vector3d sigma = errors->covariance.diagonal().cwiseSqrt();
+  spdlog::info(
+      "wheels corrected by: scale {:+.4f} +- {:.4f}, drift {:+.3f} +- {:.3f} deg/m, turns "
+      "{:+.4f} +- {:.4f}",
+      errors->value(0), sigma(0), errors->value(1) / kDegree, sigma(1) / kDegree, errors->value(2),
+      sigma(2));
+  output.metrics.counts["wheel_scale_correction"] = errors->value(0);
+  output.metrics.counts["wheel_drift_correction_deg_per_m"] = errors->value(1) / kDegree;
+  output.metrics.counts["wheel_turn_correction"] = errors->value(2);
+}
+
 std::int64_t plane_count(const Mapper& mapper) {
   return static_cast<std::int64_t>(mapper.graph().planes.size());
 }
@@ -170,13 +189,15 @@ Mapper map_offline(Run& run) {
     options.place.enabled = false;
     options.window.keyframes = std::min(options.window.keyframes, 10);
   }
+  // Where reading was ended, what was read is mapped all the same.
+  const bool ended_before = run.interrupt.interrupted();
+  const auto ended = [&] { return run.interrupt.interrupted() && !ended_before; };
+  if (run.front_end.met_wheels() && wheels_and_images_alone(steps))
+    correct_wheels(steps, options, output, ended);
   Mapper mapper(options);
   LoopBook book;
   Progress progress(static_cast<std::int64_t>(steps.size()), run.quiet);
   std::int64_t mapped = 0;
-  // Where reading was ended, what was read is mapped all the same.
-  const bool ended_before = run.interrupt.interrupted();
-  const auto ended = [&] { return run.interrupt.interrupted() && !ended_before; };
   for (const Step& step : steps) {
     if (ended()) break;
     map_step(step, mapper, run.closer, book, output);

@@ -1,0 +1,76 @@
+// What a map tells of the wheels it was made with.
+#include <gtest/gtest.h>
+
+#include <lamina/backend/refiner.hpp>
+#include <lamina/backend/wheel_errors.hpp>
+
+#include "mapper_room.hpp"
+
+namespace lamina {
+namespace {
+
+using namespace made_up;
+
+const Eigen::Vector3d kPrior(0.03, 0.02, 0.01);
+
+// Two laps of a room; wheels whose increments must be corrected by `errors`.
+Graph map_with(const Eigen::Vector3d& errors, unsigned seed) {
+  Drive drive(240, 120, seed);
+  for (SE3& T : drive.increments) T = corrected(T, -errors);
+  const auto room = make_room();
+  Sensor sensor(seed + 1);
+  Mapper mapper = run(
+      drive, {}, [&](std::size_t i) { return sensor.depth(drive.truth[i], at_frame(i), room); });
+  mapper.refine();
+  return mapper.graph();
+}
+
+TEST(WheelErrors, CorrectingAddsTurnsAndLengths) {
+  const SE3 T = corrected(SE3::planar(2, 0, 0.1), {0.01, 0.05, 0.2});
+  const double turn = 0.05 * 2 + 0.2 * 0.1;
+  EXPECT_NEAR(T.so3().yaw(), 0.1 + turn, 1e-12);
+  EXPECT_NEAR(T.translation().norm(), 2.02, 1e-12);
+  EXPECT_NEAR(std::atan2(T.translation().y(), T.translation().x()), turn / 2, 1e-12);
+}
+
+TEST(WheelErrors, AreFoundWithinTheirOwnSigmas) {
+  const Eigen::Vector3d errors(-0.03, 0.015, 0);
+  const auto found = estimate_wheel_errors(map_with(errors, 41), kPrior);
+  ASSERT_TRUE(found);
+  EXPECT_GT(found->significance(), 30);
+  const Eigen::Vector3d off = found->value - errors;
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_LT(std::abs(off(k)), 3 * std::sqrt(found->covariance(k, k))) << "error " << k;
+  }
+  EXPECT_LT(std::sqrt(found->covariance(0, 0)), 0.01);
+  EXPECT_LT(std::sqrt(found->covariance(1, 1)), 0.005);
+}
+
+TEST(WheelErrors, GoodWheelsAreLeftAlone) {
+  double sum = 0;
+  for (const unsigned seed : {43U, 47U}) {
+    const auto found = estimate_wheel_errors(map_with(Eigen::Vector3d::Zero(), seed), kPrior);
+    ASSERT_TRUE(found);
+    sum += found->significance();
+  }
+  EXPECT_LT(sum, 14.1);  // 97 % of chi-squared with 6 degrees of freedom
+}
+
+// What was corrected already stands against the prior, too.
+TEST(WheelErrors, ThePriorIsAboutAllThatIsCorrected) {
+  const Graph graph = map_with(Eigen::Vector3d::Zero(), 53);
+  const Eigen::Vector3d tight(1e-6, 1e-6, 1e-6), already(0.01, -0.01, 0.005);
+  const auto found = estimate_wheel_errors(graph, tight, already);
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->value + already).norm(), 1e-5);
+}
+
+TEST(WheelErrors, NothingIsToldWithoutOdometry) {
+  EXPECT_FALSE(estimate_wheel_errors(Graph(), kPrior));
+  Graph one;
+  one.add_keyframe(Timestamp::from_seconds(0), SE3());
+  EXPECT_FALSE(estimate_wheel_errors(one, kPrior));
+}
+
+}  // namespace
+}  // namespace lamina
