@@ -192,7 +192,7 @@ Mapper map_offline(Run& run) {
   // Where reading was ended, what was read is mapped all the same.
   const bool ended_before = run.interrupt.interrupted();
   const auto ended = [&] { return run.interrupt.interrupted() && !ended_before; };
-  if (run.front_end.met_wheels() && wheels_and_images_alone(steps))
+  if (settings.calibrate_wheels && run.front_end.met_wheels() && wheels_and_images_alone(steps))
     correct_wheels(steps, options, output, ended);
   Mapper mapper(options);
   LoopBook book;

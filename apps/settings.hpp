@@ -40,7 +40,8 @@ struct Settings {
   SegmentOptions segments;
   TrackingOptions tracking;
   ScanOdometryOptions scan_odometry;
-  bool close_loops = true;  ///< look for places met again by matching scans
+  bool close_loops = true;       ///< look for places met again by matching scans
+  bool calibrate_wheels = true;  ///< offline, images and wheels: estimate the wheels' errors first
   LoopCloserOptions loops;
   MapperOptions mapper;
 };
