@@ -63,7 +63,10 @@ class PixelLabeller {
                 const Eigen::Vector3f& difference, float band) const;
   void keep_marks(const Window& w);
   bool same_marks(const Window& w) const;
+  using Counts = std::array<int, Candidates::kMost>;
+  Counts count(int block, const Window& w, const Marks& marks, const Candidates& near);
   void account(int block, const Window& w, const Marks& marks, const Candidates& near, int sign);
+  void account_changes(int block, const Window& w, const Candidates& near);
   DisparitySums sums_of(const Window& w, const Marks& marks, std::uint8_t mark,
                         const Eigen::Vector3f& plane) const;
   void refit(PlaneRegions& regions, double least);

@@ -1,0 +1,170 @@
+// Sums of the regions as pixels of their borders change hands.
+#include <lamina/frontend/floor/pixel_labels.hpp>
+
+#include <algorithm>
+#include <cstring>
+
+#include <lamina/frontend/floor/pixel_columns.hpp>
+
+namespace lamina {
+
+using namespace lanes;
+
+namespace {
+
+using Candidates = PixelLabeller::Candidates;
+constexpr int kRow = PixelColumns::kRow;
+constexpr double kSmallShare = 0.03;  // of the image: planes that their border may bend
+constexpr int kFewChanges = 12;       // pixels of a block: as quick one by one as all anew
+
+struct Change {
+  int u, v;  // in the block
+  std::uint8_t from, to;
+};
+
+// How many of eight bytes equal `mark`.
+int count_eight(const std::uint8_t* bytes, std::uint8_t mark) {
+  constexpr std::uint64_t kOnes = 0x0101010101010101ULL, kLow = 0x7F7F7F7F7F7F7F7FULL;
+  std::uint64_t x;
+  std::memcpy(&x, bytes, sizeof(x));
+  x ^= kOnes * mark;
+  const std::uint64_t equal = ~(((x & kLow) + kLow) | x) & ~kLow;  // top bit of each that is equal
+  return static_cast<int>(((equal >> 7) * kOnes) >> 56);
+}
+
+DisparitySums to_sums(const BlockSums& s, double u, double v, double d) {
+  const auto wide = [](float x) { return static_cast<double>(x); };
+  const DisparitySums sums{wide(s.count()),  wide(s.sum_x()),  wide(s.sum_y()),  wide(s.sum_e()),
+                           wide(s.sum_xx()), wide(s.sum_xy()), wide(s.sum_yy()), wide(s.sum_xe()),
+                           wide(s.sum_ye()), wide(s.sum_ee())};
+  return sums.shifted(u, v, d);
+}
+
+}  // namespace
+
+// Counts the pixels of each candidate, and notes which of them holds the block.
+PixelLabeller::Counts PixelLabeller::count(int block, const Window& w, const Marks& marks,
+                                           const Candidates& near) {
+  const std::size_t index = static_cast<std::size_t>(block);
+  majority_[index] = -1;
+  Counts counts{};
+  int others = w.width * w.height;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(near.count) && others > 0; ++k) {
+    const std::uint8_t mark = static_cast<std::uint8_t>(near.label[k] + 1);
+    for (int v = 0; v < w.height; ++v) {
+      const std::uint8_t* row = marks.first + static_cast<std::ptrdiff_t>(v) * marks.stride;
+      if (w.width == kRow) {
+        counts[k] += count_eight(row, mark);
+      } else {
+        counts[k] += static_cast<int>(std::count(row, row + w.width, mark));
+      }
+    }
+    others -= counts[k];
+    if (counts[k] > 0 && 2 * counts[k] >= blocks_->size * blocks_->size)
+      majority_[index] = near.label[k];
+  }
+  return counts;
+}
+
+// Adds a block's pixels to (or takes them from) the sums of the regions they are labelled with.
+void PixelLabeller::account(int block, const Window& w, const Marks& marks, const Candidates& near,
+                            int sign) {
+  const Counts counts = count(block, w, marks, near);
+  const Block& whole = blocks_->blocks[static_cast<std::size_t>(block)];
+  for (std::size_t k = 0; k < static_cast<std::size_t>(near.count); ++k) {
+    if (counts[k] == 0) continue;
+    const std::uint8_t mark = static_cast<std::uint8_t>(near.label[k] + 1);
+    const bool all = counts[k] == w.width * w.height;
+    const DisparitySums part = all && whole.n >= static_cast<float>(counts[k])
+                                   ? whole.sums()
+                                   : sums_of(w, marks, mark, {near.a[k], near.b[k], near.c[k]});
+    DisparitySums& sums = sums_[static_cast<std::size_t>(near.label[k])];
+    if (sign > 0) {
+      sums += part;
+    } else {
+      sums -= part;
+    }
+  }
+}
+
+// A block whose labels were old_marks_: few pixels move by themselves, many with all the others.
+void PixelLabeller::account_changes(int block, const Window& w, const Candidates& near) {
+  const Marks now{out_->data() + w.offset, image_->width}, old{old_marks_.data(), w.width};
+  std::array<Change, kFewChanges> changes;
+  int count_changes = 0;
+  for (int v = 0; v < w.height && count_changes <= kFewChanges; ++v) {
+    const std::uint8_t* a = old.first + static_cast<std::ptrdiff_t>(v) * old.stride;
+    const std::uint8_t* b = now.first + static_cast<std::ptrdiff_t>(v) * now.stride;
+    if (w.width == kRow && std::memcmp(a, b, kRow) == 0) continue;
+    for (int u = 0; u < w.width; ++u) {
+      if (a[u] == b[u]) continue;
+      if (++count_changes > kFewChanges) break;
+      changes[static_cast<std::size_t>(count_changes - 1)] = {u, v, a[u], b[u]};
+    }
+  }
+  if (count_changes > kFewChanges) {
+    account(block, w, old, near, -1);
+    account(block, w, now, near, 1);
+    return;
+  }
+  for (int i = 0; i < count_changes; ++i) {
+    const Change& c = changes[static_cast<std::size_t>(i)];
+    const double u = w.u0 + c.u - geometry_->cx, v = w.v0 + c.v - geometry_->cy;
+    DisparitySums pixel;
+    pixel.add(u, v, static_cast<double>(image_->row(w.v0 + c.v)[w.u0 + c.u]));
+    if (c.from > 0) sums_[c.from - 1U] -= pixel;
+    if (c.to > 0) sums_[c.to - 1U] += pixel;
+  }
+  count(block, w, now, near);
+}
+
+// Of a window's pixels with a mark.
+DisparitySums PixelLabeller::sums_of(const Window& w, const Marks& all, std::uint8_t mark,
+                                     const Eigen::Vector3f& plane) const {
+  const double mid_v = w.v0 + 0.5 * (w.height - 1) - geometry_->cy;
+  DisparitySums total;
+  for (int u = 0; u < w.width; u += kRow) {
+    const int width = std::min(kRow, w.width - u);
+    const double mid_u = w.u0 + u + 0.5 * (kRow - 1) - geometry_->cx;
+    const float shift =
+        plane.dot(Eigen::Vector3f(static_cast<float>(mid_u), static_cast<float>(mid_v), 1));
+    BlockSums sums;
+    for (int half = 0; half < 2; ++half) {
+      const int count = std::clamp(width - 4 * half, 0, 4);
+      const float* d = image_->row(w.v0) + w.u0 + u + 4 * half;
+      const std::uint8_t* marks = all.first + u + 4 * half;
+      if (count == 4) {
+        sums.half[half] = marked_sums(d, image_->width, marks, all.stride, w.height, shift, mark);
+        continue;
+      }
+      std::vector<float> padded(4 * static_cast<std::size_t>(w.height), 0.0F);
+      std::vector<std::uint8_t> padded_marks(padded.size(), 0);
+      for (int v = 0; v < w.height; ++v) {
+        std::copy_n(d + std::ptrdiff_t{v} * image_->width, count, &padded[4 * v]);
+        std::copy_n(marks + std::ptrdiff_t{v} * all.stride, count, &padded_marks[4 * v]);
+      }
+      sums.half[half] =
+          marked_sums(padded.data(), 4, padded_marks.data(), 4, w.height, shift, mark);
+    }
+    total += to_sums(sums, mid_u, mid_v, static_cast<double>(shift));
+  }
+  return total;
+}
+
+// Planes from their own pixels alone; marks those that moved by more than `least` px.
+void PixelLabeller::refit(PlaneRegions& regions, double least) {
+  for (std::size_t k = 0; k < sums_.size(); ++k) {
+    PlaneRegion& region = regions.regions()[k];
+    region.sums = sums_[k];
+    region.pixels = static_cast<std::int64_t>(std::llround(sums_[k].n));
+    moved_[k] = 0;
+    const auto fit = sums_[k].fit();
+    if (!fit) continue;
+    // A large plane is not bent by its border.
+    const bool small = sums_[k].n < kSmallShare * static_cast<double>(image_->d.size());
+    moved_[k] = small && sums_[k].mean_square(*fit - region.plane) > least * least;
+    region.plane = *fit;
+  }
+}
+
+}  // namespace lamina
