@@ -80,7 +80,8 @@ double angle_off(const PlaneEvidence& evidence, const Eigen::Vector3d& normal_bo
 
 NoiseFloor surface_floor(const PlaneEvidence& evidence, const AssociationOptions& options) {
   return {std::hypot(evidence.floor.sigma_rho, options.surface_sigma_m),
-          std::hypot(evidence.floor.sigma_tilt, options.surface_sigma_deg * kDegree)};
+          std::hypot(evidence.floor.sigma_tilt, options.surface_sigma_deg * kDegree),
+          evidence.floor.sigma_bend};
 }
 
 }  // namespace

@@ -58,6 +58,7 @@ void PlaneEvidence::join(const PlaneEvidence& other) {
   moments_body.merge(other.moments_body);
   floor.sigma_rho = std::min(floor.sigma_rho, other.floor.sigma_rho);
   floor.sigma_tilt = std::min(floor.sigma_tilt, other.floor.sigma_tilt);
+  floor.sigma_bend = std::min(floor.sigma_bend, other.floor.sigma_bend);
   partial = partial && other.partial;
   votes.floor += other.votes.floor;
   votes.sub_dominant += other.votes.sub_dominant;

@@ -68,7 +68,7 @@ void fields(A& a, Moments& v) {
 
 template <class A>
 void fields(A& a, NoiseFloor& v) {
-  a(v.sigma_rho, v.sigma_tilt);
+  a(v.sigma_rho, v.sigma_tilt, v.sigma_bend);
 }
 
 template <class A>

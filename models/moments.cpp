@@ -134,11 +134,14 @@ Moments Moments::discounted(const Eigen::Vector3d& normal, const NoiseFloor& flo
   const Matrix32d B = Plane::tangent_basis(normal);
   const Eigen::Matrix2d in_plane = B.transpose() * scatter_ * B;
   const SymmetricEigen<2> eigen = symmetric_eigen(in_plane);
-  const double tilt_variance = floor.sigma_tilt * floor.sigma_tilt;
+  constexpr double kMostBend = 0.1;  // rad
   Eigen::Matrix2d kept = Eigen::Matrix2d::Zero();
   for (int i = 0; i < 2; ++i) {
     const double information = std::max(0.0, eigen.values(i));
     const Eigen::Vector2d axis = eigen.vectors.col(i);
+    const double bend = floor.sigma_bend * std::sqrt(weight_ / std::max(information, 1e-12));
+    const double tilt = std::max(floor.sigma_tilt, std::min(kMostBend, bend));
+    const double tilt_variance = tilt * tilt;
     kept += information / (1.0 + information * tilt_variance) * axis * axis.transpose();
   }
   const double weight = weight_ / (1.0 + weight_ * floor.sigma_rho * floor.sigma_rho);

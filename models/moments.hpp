@@ -16,6 +16,10 @@ namespace lamina {
 struct NoiseFloor {
   double sigma_rho = 0;   ///< m, along the normal
   double sigma_tilt = 0;  ///< rad, about each in-plane axis
+  /// m, along the normal, of an error that changes slowly over the image: it tilts each in-plane
+  /// axis by this over the points' rms extent along it, where that is more than sigma_tilt. A strip
+  /// of wall leans far more easily than it turns.
+  double sigma_bend = 0;
 };
 
 struct PlaneFit {
@@ -83,8 +87,9 @@ class Moments {
   /// The moments a solver should use in place of these: the same information about the plane with
   /// this normal, less what the shared errors take away, and without the constant that points
   /// leave to their own best plane. Weights must be 1/sigma^2. Information along the normal becomes
-  /// 1/(1/w + sigma_rho^2), that of each tilt 1/(1/s_i + sigma_tilt^2); an axis on which the points
-  /// have no extent (a scan segment's) keeps no information.
+  /// 1/(1/w + sigma_rho^2), that of each tilt 1/(1/s_i + max(sigma_tilt^2, sigma_bend^2 w/s_i)), the
+  /// latter at most 0.1 rad squared; an axis on which the points have no extent (a scan segment's) keeps
+  /// no information.
   Moments discounted(const Eigen::Vector3d& normal, const NoiseFloor& floor) const;
 
  private:

@@ -45,6 +45,7 @@ NoiseFloor noise_floor(const Moments& moments, const Plane& plane, const Dispari
   const Matrix32d B = plane.tangent_basis();
   const double spread2 = 0.5 * (B.transpose() * moments.scatter() * B).trace() / moments.weight();
   floor.sigma_tilt = std::min(0.1, floor.sigma_rho / std::sqrt(std::max(spread2, 1e-6)));
+  floor.sigma_bend = floor.sigma_rho;
   return floor;
 }
 

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
 
@@ -336,6 +337,45 @@ TEST(Moments, DiscountedIsConsistentUnderSharedErrors) {
                               covariance};
   };
   EXPECT_TRUE(is_consistent(draw, 400));
+}
+
+// A strip of wall, 4 m long and 0.6 m high, whose image is bent slowly: its middle, and its ends
+// along each axis, are off by as much. It leans by far more than it turns.
+TEST(Moments, DiscountedIsConsistentUnderABend) {
+  constexpr double kSigma = 0.005, kBend = 0.006;
+  const Plane wall({-1, 0, 0}, -3);
+  NoiseFloor floor;
+  floor.sigma_rho = floor.sigma_bend = kBend;
+  double long_sigma = 0, short_sigma = 0;
+  const auto draw = [&](Random& random) {
+    const double off = random.normal(kBend), turn = random.normal(kBend),
+                 lean = random.normal(kBend);
+    const double long_rms = 4 / std::sqrt(12.0), short_rms = 0.6 / std::sqrt(12.0);
+    Moments moments;
+    for (int i = 0; i < 40; ++i) {
+      for (int j = 0; j < 10; ++j) {
+        const double y = 0.1 * (i - 19.5), z = 0.06 * (j - 4.5);
+        const double x = 3 + off + turn * y / long_rms + lean * z / short_rms;
+        moments.add({x + random.normal(kSigma), y, z}, 1 / (kSigma * kSigma));
+      }
+    }
+    const PlaneFit fit = *moments.fit_plane(Eigen::Vector3d::Zero(), 1.0);
+    const Moments kept = moments.discounted(fit.plane.normal(), floor);
+    const Matrix32d B = fit.plane.tangent_basis();
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    covariance.topLeftCorner<2, 2>() = (B.transpose() * kept.scatter() * B).inverse();
+    covariance(2, 2) = 1 / kept.weight();
+    const Eigen::Vector2d sigmas =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance.topLeftCorner<2, 2>())
+            .eigenvalues()
+            .cwiseSqrt();
+    long_sigma = sigmas(0);
+    short_sigma = sigmas(1);
+    return ErrorAndCovariance{wall.about(kept.mean()).boxminus(fit.plane.about(kept.mean())),
+                              covariance};
+  };
+  EXPECT_TRUE(is_consistent(draw, 400));
+  EXPECT_NEAR(short_sigma / long_sigma, 4 / 0.6, 0.3);
 }
 
 }  // namespace
