@@ -202,15 +202,21 @@ TEST(Contract, InterruptedRunsWriteEverything) {
   EXPECT_TRUE(std::filesystem::exists(map / "trajectory.txt"));
 }
 
-// A recording played as a device, at its own pace, until Ctrl-C.
+// A recording played as a device, at its own pace, until Ctrl-C: later where a slow build has not
+// seen frames enough for a plane by then.
 TEST(Contract, ADeviceIsMappedUntilCtrlC) {
   const Path oni = Path(LAMINA_SOURCE_DIR) / "../shared/data/openni_kinect/recording.oni";
   if (!std::filesystem::exists(oni)) GTEST_SKIP() << oni << " is not there";
   const Path map = scratch() / "live", log = scratch() / "live.log";
-  const pid_t child = start({"map", "openni:" + oni.string(), "--output", map}, log);
-  ::usleep(3'000'000);
-  ::kill(child, SIGINT);
-  EXPECT_EQ(wait_for(child), 0) << text_of(log);
+  int code = -1;
+  for (const unsigned seconds : {3U, 15U, 60U}) {
+    const pid_t child = start({"map", "openni:" + oni.string(), "--output", map}, log);
+    ::sleep(seconds);
+    ::kill(child, SIGINT);
+    code = wait_for(child);
+    if (text_of(log).find("found no plane in") == std::string::npos) break;
+  }
+  EXPECT_EQ(code, 0) << text_of(log);
   EXPECT_GE(Trajectory::read_tum(map / "trajectory.txt").size(), 1u);
   EXPECT_FALSE(std::filesystem::exists(map / ".checkpoint"));
 }
