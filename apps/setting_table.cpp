@@ -100,13 +100,13 @@ std::vector<Setting> segment_rows() {
       LAMINA_ROW("scan_odometry.map_radius_m", scan_odometry.map_radius,
                  "m; key scans farther away leave the local map"),
       LAMINA_ROW("loops.enabled", close_loops, "look for places met again by matching scans"),
-      LAMINA_ROW("wheels.calibrate", calibrate_wheels,
-                 "images and wheels, offline: a first map tells scale and drift of the wheels"),
       LAMINA_ROW("loops.submap_length_m", loops.submap_length, "m travelled in a submap"),
       LAMINA_ROW("loops.max_window_m", loops.max_window, "m, largest search for an old place"),
       LAMINA_ROW("loops.min_score", loops.min_score, "least mean likelihood of a match, 0 to 1"),
       LAMINA_ROW("loops.max_ambiguity", loops.max_ambiguity,
                  "second best place against the best; above, no loop is closed"),
+      LAMINA_ROW("wheels.calibrate", calibrate_wheels,
+                 "images and wheels, offline: a first map tells scale and drift of the wheels"),
   };
 }
 

@@ -87,9 +87,9 @@ class Moments {
   /// The moments a solver should use in place of these: the same information about the plane with
   /// this normal, less what the shared errors take away, and without the constant that points
   /// leave to their own best plane. Weights must be 1/sigma^2. Information along the normal becomes
-  /// 1/(1/w + sigma_rho^2), that of each tilt 1/(1/s_i + max(sigma_tilt^2, sigma_bend^2 w/s_i)), the
-  /// latter at most 0.1 rad squared; an axis on which the points have no extent (a scan segment's) keeps
-  /// no information.
+  /// 1/(1/w + sigma_rho^2), that of each tilt 1/(1/s_i + max(sigma_tilt^2, sigma_bend^2 w/s_i)),
+  /// the latter at most 0.1 rad squared; an axis on which the points have no extent (a scan
+  /// segment's) keeps no information.
   Moments discounted(const Eigen::Vector3d& normal, const NoiseFloor& floor) const;
 
  private:
