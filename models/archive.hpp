@@ -104,7 +104,7 @@ class ArchiveWriter {
   std::string bytes_;
 };
 
-/// Throws std::out_of_range when the bytes end before the values do.
+/// Throws std::out_of_range when the bytes end before the values do, or a matrix has another shape.
 class ArchiveReader {
  public:
   static constexpr bool kReading = true;
@@ -199,6 +199,9 @@ class ArchiveReader {
     if constexpr (R == Eigen::Dynamic || C == Eigen::Dynamic) {
       const std::size_t rows = length(0), cols = length(0);
       if (rows != 0 && cols > rest_.size() / sizeof(S) / rows) ended();
+      const bool fits = (R == Eigen::Dynamic || rows == static_cast<std::size_t>(R)) &&
+                        (C == Eigen::Dynamic || cols == static_cast<std::size_t>(C));
+      if (!fits) throw std::out_of_range("a matrix has another shape");
       m.resize(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(cols));
     }
     take(m.data(), static_cast<std::size_t>(m.size()) * sizeof(S));

@@ -89,6 +89,15 @@ TEST(Archive, LengthsBeyondTheBytesThrowBeforeTheyAllocate) {
   EXPECT_THROW(ArchiveReader(writer.bytes())(matrix), std::out_of_range);
 }
 
+// Found by fuzzing: a column with no columns has rows, and nothing behind them.
+TEST(Archive, MatricesOfAnotherShapeThrow) {
+  ArchiveWriter writer;
+  writer(std::uint64_t{3}, std::uint64_t{0}, Eigen::Vector3d(1, 2, 3));
+  Eigen::VectorXd column;
+  EXPECT_THROW(ArchiveReader(writer.bytes())(column), std::out_of_range);
+  EXPECT_EQ(through(Eigen::VectorXd(Eigen::Vector3d(1, 2, 3))), Eigen::Vector3d(1, 2, 3));
+}
+
 TEST(Archive, EveryShortenedFormThrows) {
   ArchiveWriter writer;
   writer(std::map<int, std::vector<double>>{{1, {2, 3}}, {4, {5}}}, std::string("abc"));
