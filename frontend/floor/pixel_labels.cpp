@@ -190,10 +190,10 @@ bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, bool
       }
     }
     if (band > 0) settle_creases(regions, border, near, band);
-    if (!again) {
-      account(border.block, w, {out_->data() + w.offset, image_->width}, near, 1);
-    } else if (!same_marks(w)) {  // a block whose pixels stay where they are changes no sums
+    if (again) {
       account_changes(border.block, w, near);
+    } else {
+      account(border.block, w, {out_->data() + w.offset, image_->width}, near, 1);
     }
   }
   return any;
@@ -210,17 +210,6 @@ void PixelLabeller::keep_marks(const Window& w) {
       std::memcpy(to, row, static_cast<std::size_t>(w.width));
     }
   }
-}
-
-bool PixelLabeller::same_marks(const Window& w) const {
-  const std::uint8_t *row = out_->data() + w.offset, *old = old_marks_.data();
-  for (int v = 0; v < w.height; ++v, row += image_->width, old += w.width) {
-    const bool same = w.width == kRow
-                          ? std::memcmp(old, row, kRow) == 0
-                          : std::memcmp(old, row, static_cast<std::size_t>(w.width)) == 0;
-    if (!same) return false;
-  }
-  return true;
 }
 
 // Where two planes meet, noise cannot tell their pixels apart for some rows about the line, but the

@@ -62,7 +62,6 @@ class PixelLabeller {
   float side_of(const PlaneRegions& regions, int block, int first, int second,
                 const Eigen::Vector3f& difference, float band) const;
   void keep_marks(const Window& w);
-  bool same_marks(const Window& w) const;
   using Counts = std::array<int, Candidates::kMost>;
   Counts count(int block, const Window& w, const Marks& marks, const Candidates& near);
   void account(int block, const Window& w, const Marks& marks, const Candidates& near, int sign);

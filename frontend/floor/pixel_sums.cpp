@@ -2,6 +2,7 @@
 #include <lamina/frontend/floor/pixel_labels.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 
 #include <lamina/frontend/floor/pixel_columns.hpp>
@@ -87,7 +88,8 @@ void PixelLabeller::account(int block, const Window& w, const Marks& marks, cons
   }
 }
 
-// A block whose labels were old_marks_: few pixels move by themselves, many with all the others.
+// A block whose labels were old_marks_: pixels that stay where they are change no sums, few move by
+// themselves, many with all the others.
 void PixelLabeller::account_changes(int block, const Window& w, const Candidates& near) {
   const Marks now{out_->data() + w.offset, image_->width}, old{old_marks_.data(), w.width};
   std::array<Change, kFewChanges> changes;
@@ -102,6 +104,7 @@ void PixelLabeller::account_changes(int block, const Window& w, const Candidates
       changes[static_cast<std::size_t>(count_changes - 1)] = {u, v, a[u], b[u]};
     }
   }
+  if (count_changes == 0) return;
   if (count_changes > kFewChanges) {
     account(block, w, old, near, -1);
     account(block, w, now, near, 1);
