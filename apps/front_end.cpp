@@ -228,6 +228,7 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
   step.T_start_body = T_start_body;
   step.scan = std::move(scan);
   if (level) step.scan_motion = motion;
+  if (guess) step.wheels_moved = guess->T_prev_curr_body;
   return step;
 }
 

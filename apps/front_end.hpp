@@ -31,6 +31,7 @@ struct Step {
   SE3 T_start_body;                       ///< all motions so far, chained: dead reckoning
   std::optional<LaserScan> scan;          ///< straightened, for loop closing and the occupancy grid
   std::optional<ScanMotion> scan_motion;  ///< since the last scan, of level scanners
+  std::optional<SE3> wheels_moved;        ///< the body since the last scan, as wheels have it
   std::optional<ObstacleScan> obstacles;  ///< from depth: levelled frame of this instant
   SE3 T_body_levelled;                    ///< that frame in the body
 };

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include <lamina/apps/calibration.hpp>
 #include <lamina/apps/checkpoint.hpp>
 #include <lamina/apps/dead_reckoning.hpp>
 #include <lamina/apps/front_end.hpp>
@@ -19,7 +20,6 @@
 #include <lamina/apps/preset.hpp>
 #include <lamina/apps/progress.hpp>
 #include <lamina/apps/reader.hpp>
-#include <lamina/apps/wheel_calibration.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/online_upkeep.hpp>
 #include <lamina/backend/refiner.hpp>
@@ -141,24 +141,6 @@ void level(Mapper& mapper) {
   mapper.move(levelled_pose(T_first_map * floor->plane_map) * T_first_map);
 }
 
-// Wheels that err in every step are calibrated by a map of their own first.
-void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, MapOutput& output,
-                    const std::function<bool()>& ended) {
-  const auto timer = output.metrics.time("wheels");
-  const auto errors = calibrate_wheels(steps, options, ended);
-  if (!errors) return;
-  constexpr double kDegree = M_PI / 180;
-  const Eigen::Vector3d sigma = errors->covariance.diagonal().cwiseSqrt();
-  spdlog::info(
-      "wheels corrected by: scale {:+.4f} +- {:.4f}, drift {:+.3f} +- {:.3f} deg/m, turns "
-      "{:+.4f} +- {:.4f}",
-      errors->value(0), sigma(0), errors->value(1) / kDegree, sigma(1) / kDegree, errors->value(2),
-      sigma(2));
-  output.metrics.counts["wheel_scale_correction"] = errors->value(0);
-  output.metrics.counts["wheel_drift_correction_deg_per_m"] = errors->value(1) / kDegree;
-  output.metrics.counts["wheel_turn_correction"] = errors->value(2);
-}
-
 std::int64_t plane_count(const Mapper& mapper) {
   return static_cast<std::int64_t>(mapper.graph().planes.size());
 }
@@ -189,11 +171,13 @@ Mapper map_offline(Run& run) {
     options.place.enabled = false;
     options.window.keyframes = std::min(options.window.keyframes, 10);
   }
+  if (settings.calibrate_mountings)
+    correct_mountings(steps, loops, run.front_end.met_wheels(), output.metrics);
   // Where reading was ended, what was read is mapped all the same.
   const bool ended_before = run.interrupt.interrupted();
   const auto ended = [&] { return run.interrupt.interrupted() && !ended_before; };
-  if (settings.calibrate_wheels && run.front_end.met_wheels() && wheels_and_images_alone(steps))
-    correct_wheels(steps, options, output, ended);
+  if (settings.calibrate_wheels && run.front_end.met_wheels())
+    correct_wheels(steps, options, output.metrics, ended);
   Mapper mapper(options);
   LoopBook book;
   Progress progress(static_cast<std::int64_t>(steps.size()), run.quiet);

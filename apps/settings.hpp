@@ -42,6 +42,7 @@ struct Settings {
   ScanOdometryOptions scan_odometry;
   bool close_loops = true;       ///< look for places met again by matching scans
   bool calibrate_wheels = true;  ///< offline, images and wheels: estimate the wheels' errors first
+  bool calibrate_mountings = true;  ///< offline: what is seen corrects where sensors sit
   LoopCloserOptions loops;
   MapperOptions mapper;
 };

@@ -3,23 +3,25 @@
 
 #include <algorithm>
 
+#include <lamina/apps/mounting_calibration.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/refiner.hpp>
 
 namespace lamina::apps {
 namespace {
 
-// Sigmas of scale (1), drift (rad/m) and turn scale (1) among robots' wheels.
-const Eigen::Vector3d kUsual(0.03, 0.02, 0.01);
+// Sigmas of scale (1), drift (rad/m) and turn scale (1) among robots' wheels, and of the direction
+// (rad) among mountings.
+const Eigen::Vector4d kUsual(0.03, 0.02, 0.01, 0.026);
 constexpr int kMostPasses = 3;
 
 bool by_wheels(const Step& step) { return step.motion_known && !step.tracking_lost; }
 
-SE3 corrected_motion(const Step& step, const Eigen::Vector3d& errors) {
+SE3 corrected_motion(const Step& step, const Eigen::Vector4d& errors) {
   return by_wheels(step) ? corrected(step.motion.T_from_to, errors) : step.motion.T_from_to;
 }
 
-Graph refined_graph(const std::vector<Step>& steps, const Eigen::Vector3d& errors,
+Graph refined_graph(const std::vector<Step>& steps, const Eigen::Vector4d& errors,
                     const MapperOptions& options, const std::function<bool()>& ended) {
   Mapper mapper(options);
   for (std::size_t i = 0; i < steps.size() && !ended(); ++i) {
@@ -42,7 +44,7 @@ bool wheels_and_images_alone(const std::vector<Step>& steps) {
 
 std::optional<WheelErrors> calibrate_wheels(std::vector<Step>& steps, const MapperOptions& options,
                                             const std::function<bool()>& ended) {
-  constexpr double kChance = 3;  // mean of chi-squared where there are no errors
+  constexpr double kChance = 4;  // mean of chi-squared where there are no errors
   constexpr double kStays = 1;
   WheelErrors all;
   for (int pass = 0; pass < kMostPasses; ++pass) {
@@ -53,8 +55,13 @@ std::optional<WheelErrors> calibrate_wheels(std::vector<Step>& steps, const Mapp
     all = {all.value + more->value, more->covariance};
     if (more->significance() < kStays) break;
   }
-  for (std::size_t i = 1; i < steps.size(); ++i) {
-    steps[i].motion.T_from_to = corrected_motion(steps[i], all.value);
+  // The direction of travel is told in the frame in which cameras are said to sit: they turn back.
+  const MountingCorrection turned{{0, 0, -all.value(3)}, Eigen::Vector3d::Zero()};
+  Eigen::Vector4d of_wheels = all.value;
+  of_wheels(3) = 0;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (i > 0) steps[i].motion.T_from_to = corrected_motion(steps[i], of_wheels);
+    remount(steps[i], turned);
   }
   return all;
 }

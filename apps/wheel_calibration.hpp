@@ -16,10 +16,11 @@ namespace lamina::apps {
 /// another way tells too little of the path for this.
 bool wheels_and_images_alone(const std::vector<Step>& steps);
 
-/// Maps the steps, estimates scale, drift and turn scale of the wheels with the refined graph, and
+/// Maps the steps, estimates scale, drift and turn scale of the wheels, and
+/// the heading of the cameras against their direction of travel, with the refined graph, and
 /// goes on with motions so corrected until the estimate stays. Where the errors stand out from what
-/// chance gives, motions of `steps` are replaced and the errors given; nullopt, and steps as they
-/// were, where they do not. `ended` returning true stops early.
+/// chance gives, motions and mountings of `steps` are replaced and the errors given; nullopt, and
+/// steps as they were, where they do not. `ended` returning true stops early.
 std::optional<WheelErrors> calibrate_wheels(std::vector<Step>& steps, const MapperOptions& options,
                                             const std::function<bool()>& ended);
 

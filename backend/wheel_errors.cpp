@@ -13,19 +13,19 @@ namespace {
 constexpr double kDelta = 1e-4;    // of an error, for differences
 constexpr double kDamping = 1e-9;  // relative: directions that nothing tells stay put
 
-Graph with_errors(const Graph& graph, const Eigen::Vector3d& errors) {
+Graph with_errors(const Graph& graph, const Eigen::Vector4d& errors) {
   Graph changed = graph;
   for (OdometryFactor& f : changed.odometry) f.T_from_to = corrected(f.T_from_to, errors);
   return changed;
 }
 
-Eigen::VectorXd gradient_with(const Graph& graph, const Eigen::Vector3d& errors) {
+Eigen::VectorXd gradient_with(const Graph& graph, const Eigen::Vector4d& errors) {
   NormalEquations equations(with_errors(graph, errors));
   equations.linearize();
   return equations.gradient();
 }
 
-Vector6d residual(const Graph& graph, OdometryFactor factor, const Eigen::Vector3d& errors) {
+Vector6d residual(const Graph& graph, OdometryFactor factor, const Eigen::Vector4d& errors) {
   factor.T_from_to = corrected(factor.T_from_to, errors);
   Vector6d r;
   OdometryTerm(factor).evaluate(PoseState(graph.at(factor.from).T_map_body),
@@ -35,17 +35,18 @@ Vector6d residual(const Graph& graph, OdometryFactor factor, const Eigen::Vector
 
 }  // namespace
 
-SE3 corrected(const SE3& T_from_to, const Eigen::Vector3d& errors) {
+SE3 corrected(const SE3& T_from_to, const Eigen::Vector4d& errors) {
   const Eigen::Vector3d& t = T_from_to.translation();
   const double turn = errors(1) * t.norm() + errors(2) * T_from_to.so3().yaw();
-  return {SO3::rot_z(turn) * T_from_to.so3(), (1 + errors(0)) * (SO3::rot_z(turn / 2) * t)};
+  return {SO3::rot_z(turn) * T_from_to.so3(),
+          (1 + errors(0)) * (SO3::rot_z(turn / 2 + errors(3)) * t)};
 }
 
 double WheelErrors::significance() const { return value.dot(covariance.ldlt().solve(value)); }
 
 std::optional<WheelErrors> estimate_wheel_errors(const Graph& graph,
-                                                 const Eigen::Vector3d& prior_sigma,
-                                                 const Eigen::Vector3d& already) {
+                                                 const Eigen::Vector4d& prior_sigma,
+                                                 const Eigen::Vector4d& already) {
   if (graph.odometry.empty()) return std::nullopt;
   NormalEquations equations(graph);
   if (equations.dimension() == 0) return std::nullopt;
@@ -54,30 +55,30 @@ std::optional<WheelErrors> estimate_wheel_errors(const Graph& graph,
   for (double& d : damping) d = std::max(d, 1e-12);
   if (!equations.factorize(damping)) return std::nullopt;
 
-  Eigen::MatrixXd B(equations.dimension(), 3), H_inverse_B(equations.dimension(), 3);
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d d = kDelta * Eigen::Vector3d::Unit(k);
+  Eigen::MatrixXd B(equations.dimension(), 4), H_inverse_B(equations.dimension(), 4);
+  for (int k = 0; k < 4; ++k) {
+    const Eigen::Vector4d d = kDelta * Eigen::Vector4d::Unit(k);
     B.col(k) = (gradient_with(graph, d) - gradient_with(graph, -d)) / (2 * kDelta);
     H_inverse_B.col(k) = equations.solve(B.col(k));
   }
-  const Eigen::Vector3d information = prior_sigma.cwiseAbs2().cwiseInverse();
-  Eigen::Matrix3d C = information.asDiagonal();
-  Eigen::Vector3d g = information.cwiseProduct(already);
+  const Eigen::Vector4d information = prior_sigma.cwiseAbs2().cwiseInverse();
+  Eigen::Matrix4d C = information.asDiagonal();
+  Eigen::Vector4d g = information.cwiseProduct(already);
   for (const OdometryFactor& f : graph.odometry) {
-    Eigen::Matrix<double, 6, 3> j;
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3d d = kDelta * Eigen::Vector3d::Unit(k);
+    Eigen::Matrix<double, 6, 4> j;
+    for (int k = 0; k < 4; ++k) {
+      const Eigen::Vector4d d = kDelta * Eigen::Vector4d::Unit(k);
       j.col(k) = (residual(graph, f, d) - residual(graph, f, -d)) / (2 * kDelta);
     }
     C += j.transpose() * j;
-    g += j.transpose() * residual(graph, f, Eigen::Vector3d::Zero());
+    g += j.transpose() * residual(graph, f, Eigen::Vector4d::Zero());
   }
-  const Eigen::Matrix3d S = C - B.transpose() * H_inverse_B;
-  const Eigen::LLT<Eigen::Matrix3d> llt(0.5 * (S + S.transpose()));
+  const Eigen::Matrix4d S = C - B.transpose() * H_inverse_B;
+  const Eigen::LLT<Eigen::Matrix4d> llt(0.5 * (S + S.transpose()));
   if (llt.info() != Eigen::Success) return std::nullopt;
   WheelErrors result;
   result.value = -llt.solve(g - H_inverse_B.transpose() * equations.gradient());
-  result.covariance = llt.solve(Eigen::Matrix3d::Identity());
+  result.covariance = llt.solve(Eigen::Matrix4d::Identity());
   if (!result.value.allFinite() || !result.covariance.allFinite()) return std::nullopt;
   return result;
 }

@@ -9,7 +9,7 @@ namespace lamina::apps {
 namespace {
 
 // A lap and a half of a room by wheels whose increments must be corrected by `errors`.
-std::vector<Step> steps_with(const Eigen::Vector3d& errors, const made_up::Drive& drive) {
+std::vector<Step> steps_with(const Eigen::Vector4d& errors, const made_up::Drive& drive) {
   const auto room = made_up::make_room();
   made_up::Sensor sensor(62);
   std::vector<Step> steps(drive.truth.size());
@@ -29,7 +29,8 @@ double heading_error(const std::vector<Step>& steps, const made_up::Drive& drive
 
 TEST(WheelCalibration, MotionsComeOutStraight) {
   const made_up::Drive drive(180, 120, 61);
-  std::vector<Step> steps = steps_with({0.02, 0.02, 0}, drive);
+  std::vector<Step> steps = steps_with({0.02, 0.02, 0, 0.03}, drive);
+  const SO3 mounted = steps[7].observations.T_body_sensor.so3();
   // What nothing measured is no word of the wheels.
   steps[20].motion_known = false;
   const SE3 guessed = steps[20].motion.T_from_to;
@@ -38,6 +39,9 @@ TEST(WheelCalibration, MotionsComeOutStraight) {
   ASSERT_TRUE(errors);
   EXPECT_NEAR(errors->value(0), 0.02, 0.01);
   EXPECT_NEAR(errors->value(1), 0.02, 0.005);
+  EXPECT_NEAR(errors->value(3), 0.03, 0.01);
+  const SO3 turned = steps[7].observations.T_body_sensor.so3() * mounted.inverse();
+  EXPECT_NEAR(turned.yaw(), -errors->value(3), 1e-9);
   EXPECT_GT(before, 0.2);
   EXPECT_LT(heading_error(steps, drive), 0.3 * before);
   EXPECT_EQ(steps[20].motion.T_from_to.translation(), guessed.translation());
@@ -46,7 +50,7 @@ TEST(WheelCalibration, MotionsComeOutStraight) {
 
 TEST(WheelCalibration, EndedEarlyNothingIsTouched) {
   const made_up::Drive drive(30, 120, 61);
-  std::vector<Step> steps = steps_with({0.02, 0.02, 0}, drive);
+  std::vector<Step> steps = steps_with({0.02, 0.02, 0, 0}, drive);
   const SE3 before = steps[9].motion.T_from_to;
   EXPECT_FALSE(calibrate_wheels(steps, {}, [] { return true; }));
   EXPECT_EQ(steps[9].motion.T_from_to.translation(), before.translation());

@@ -11,10 +11,10 @@ namespace {
 
 using namespace made_up;
 
-const Eigen::Vector3d kPrior(0.03, 0.02, 0.01);
+const Eigen::Vector4d kPrior(0.03, 0.02, 0.01, 0.026);
 
 // Two laps of a room; wheels whose increments must be corrected by `errors`.
-Graph map_with(const Eigen::Vector3d& errors, unsigned seed) {
+Graph map_with(const Eigen::Vector4d& errors, unsigned seed) {
   Drive drive(240, 120, seed);
   for (SE3& T : drive.increments) T = corrected(T, -errors);
   const auto room = make_room();
@@ -26,40 +26,41 @@ Graph map_with(const Eigen::Vector3d& errors, unsigned seed) {
 }
 
 TEST(WheelErrors, CorrectingAddsTurnsAndLengths) {
-  const SE3 T = corrected(SE3::planar(2, 0, 0.1), {0.01, 0.05, 0.2});
+  const SE3 T = corrected(SE3::planar(2, 0, 0.1), {0.01, 0.05, 0.2, 0.03});
   const double turn = 0.05 * 2 + 0.2 * 0.1;
   EXPECT_NEAR(T.so3().yaw(), 0.1 + turn, 1e-12);
   EXPECT_NEAR(T.translation().norm(), 2.02, 1e-12);
-  EXPECT_NEAR(std::atan2(T.translation().y(), T.translation().x()), turn / 2, 1e-12);
+  EXPECT_NEAR(std::atan2(T.translation().y(), T.translation().x()), turn / 2 + 0.03, 1e-12);
 }
 
 TEST(WheelErrors, AreFoundWithinTheirOwnSigmas) {
-  const Eigen::Vector3d errors(-0.03, 0.015, 0);
+  const Eigen::Vector4d errors(-0.03, 0.015, 0, 0.04);
   const auto found = estimate_wheel_errors(map_with(errors, 41), kPrior);
   ASSERT_TRUE(found);
   EXPECT_GT(found->significance(), 30);
-  const Eigen::Vector3d off = found->value - errors;
-  for (int k = 0; k < 3; ++k) {
+  const Eigen::Vector4d off = found->value - errors;
+  for (int k = 0; k < 4; ++k) {
     EXPECT_LT(std::abs(off(k)), 3 * std::sqrt(found->covariance(k, k))) << "error " << k;
   }
   EXPECT_LT(std::sqrt(found->covariance(0, 0)), 0.01);
   EXPECT_LT(std::sqrt(found->covariance(1, 1)), 0.005);
+  EXPECT_LT(std::sqrt(found->covariance(3, 3)), 0.01);
 }
 
 TEST(WheelErrors, GoodWheelsAreLeftAlone) {
   double sum = 0;
   for (const unsigned seed : {43U, 47U}) {
-    const auto found = estimate_wheel_errors(map_with(Eigen::Vector3d::Zero(), seed), kPrior);
+    const auto found = estimate_wheel_errors(map_with(Eigen::Vector4d::Zero(), seed), kPrior);
     ASSERT_TRUE(found);
     sum += found->significance();
   }
-  EXPECT_LT(sum, 14.1);  // 97 % of chi-squared with 6 degrees of freedom
+  EXPECT_LT(sum, 17.0);  // 97 % of chi-squared with 8 degrees of freedom
 }
 
 // What was corrected already stands against the prior, too.
 TEST(WheelErrors, ThePriorIsAboutAllThatIsCorrected) {
-  const Graph graph = map_with(Eigen::Vector3d::Zero(), 53);
-  const Eigen::Vector3d tight(1e-6, 1e-6, 1e-6), already(0.01, -0.01, 0.005);
+  const Graph graph = map_with(Eigen::Vector4d::Zero(), 53);
+  const Eigen::Vector4d tight(1e-6, 1e-6, 1e-6, 1e-6), already(0.01, -0.01, 0.005, 0.01);
   const auto found = estimate_wheel_errors(graph, tight, already);
   ASSERT_TRUE(found);
   EXPECT_LT((found->value + already).norm(), 1e-5);

@@ -1,0 +1,23 @@
+// What steps are corrected by before they are mapped, and what the user is told of it.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include <lamina/apps/front_end.hpp>
+#include <lamina/backend/mapper_options.hpp>
+#include <lamina/frontend/odometry/loop_closer.hpp>
+#include <lamina/io/metrics.hpp>
+
+namespace lamina::apps {
+
+/// calibrate_wheels() where there are no scans, with its corrections in the log and among the
+/// counts of `metrics`.
+void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, io::Metrics& metrics,
+                    const std::function<bool()>& ended);
+
+/// calibrate_mountings(), likewise.
+void correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops, bool planar,
+                       io::Metrics& metrics);
+
+}  // namespace lamina::apps

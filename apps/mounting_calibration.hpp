@@ -1,0 +1,32 @@
+// Mountings that what was seen contradicts, corrected before the map is made.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <lamina/apps/front_end.hpp>
+#include <lamina/frontend/odometry/loop_closer.hpp>
+#include <lamina/frontend/segments/ground_lines.hpp>
+
+namespace lamina::apps {
+
+/// One sensor's mounting as it was corrected.
+struct CorrectedMounting {
+  std::string sensor;   ///< "scanner" or "camera"
+  std::string told_by;  ///< what told it
+  MountingCorrection correction;
+};
+
+/// Moves the step's sensor, and all that the step holds in the frame of the body with it.
+void remount(Step& step, const MountingCorrection& correction);
+
+/// Corrects mountings in all steps, and motions and loops that were worked out with them:
+///   an upright scanner's lean and height by the ground under wheels (GroundLines),
+///   a level scanner's heading by the wheels' direction of travel (HeadingError),
+///   a camera's heading and place by walls that a level scanner sees, too (SharedWalls).
+/// Corrections that do not stand out from chance are left. `planar`: the body stands on a floor.
+std::vector<CorrectedMounting> calibrate_mountings(std::vector<Step>& steps,
+                                                   std::vector<LoopClosure>& loops, bool planar);
+
+}  // namespace lamina::apps

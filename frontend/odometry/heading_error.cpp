@@ -1,0 +1,55 @@
+// Pieces of way, their directions, and the median.
+#include <lamina/frontend/odometry/heading_error.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+#include <lamina/frontend/odometry/planar.hpp>
+
+namespace lamina {
+namespace {
+
+constexpr double kPiece = 0.5;      // m: centimetres of scan matching are a degree or two
+constexpr double kMostTurn = 0.35;  // rad within a piece: half of it is the chord's direction
+constexpr std::size_t kLeastPieces = 20;
+
+double direction(const SE3& moved) {
+  const PlanarPose p = planar_part(moved);
+  return std::atan2(p.y, p.x) - 0.5 * p.yaw;
+}
+
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+void HeadingError::add(const std::optional<SE3>& by_wheels, const std::optional<SE3>& by_scans) {
+  if (by_wheels && by_scans) {
+    wheels_ = wheels_ * *by_wheels;
+    scans_ = scans_ * *by_scans;
+    length_ += by_wheels->translation().norm();
+    turn_ += std::abs(by_wheels->so3().yaw());
+    if (turn_ <= kMostTurn && length_ < kPiece) return;
+    // Not where the robot went to and fro.
+    const double way = std::min(wheels_.translation().norm(), scans_.translation().norm());
+    if (turn_ <= kMostTurn && way > 0.8 * kPiece)
+      deltas_.push_back(wrap_angle(direction(scans_) - direction(wheels_)));
+  }
+  wheels_ = scans_ = SE3();
+  length_ = turn_ = 0;
+}
+
+std::optional<HeadingError::Result> HeadingError::result() const {
+  if (deltas_.size() < kLeastPieces) return std::nullopt;
+  std::vector<double> values = deltas_;
+  const double middle = median(values);
+  for (double& v : values) v = std::abs(v - middle);
+  // Of a median of normal deviates: 1.2533 sigma / sqrt(n), sigma = 1.4826 MAD.
+  const double sigma = 1.2533 * 1.4826 * median(values) / std::sqrt(double(values.size()));
+  return Result{-middle, sigma};
+}
+
+}  // namespace lamina

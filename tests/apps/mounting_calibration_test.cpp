@@ -1,0 +1,95 @@
+// What follows from a mounting that was wrong.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <lamina/apps/mounting_calibration.hpp>
+
+namespace lamina::apps {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+const SE3 kMounted(SO3::rot_z(0.4), {0.3, 0.1, 0.2});
+
+// Scans along a gentle curve and an image after each, as a scanner mounted at `T_said` has them.
+std::vector<Step> drive(const SE3& T_said, std::size_t scans) {
+  const SE3 moved = SE3::planar(0.1, 0, 0.01);
+  const SE3 D = T_said * kMounted.inverse();  // of the frame of the body that scans believe in
+  std::vector<Step> steps;
+  for (std::size_t i = 0; i < scans; ++i) {
+    Step step;
+    step.scan.emplace().lidar.T_body_lidar = T_said;
+    step.observations.T_body_sensor = T_said;
+    step.motion.T_from_to = i == 0 ? SE3::planar(5, 6, 1) : D * moved * D.inverse();
+    if (i > 0) step.motion.T_from_to = SE3::planar(0.05, 0, 0).inverse() * step.motion.T_from_to;
+    step.scan_motion.emplace().T_prev_curr_body = D * moved * D.inverse();
+    step.scan_motion->status = ScanMotion::Status::kTracked;
+    if (i > 0) step.wheels_moved = moved;
+    steps.push_back(step);
+    Step image;
+    image.observations.sensor = SensorKind::kDepth;
+    image.observations.obstacle_points_body = {{1, 0, 0}};
+    image.motion.T_from_to = SE3::planar(0.05, 0, 0);
+    steps.push_back(image);
+  }
+  return steps;
+}
+
+SE3 last_scan(const std::vector<Step>& steps) {
+  SE3 T;
+  for (std::size_t i = 0; i + 1 < steps.size(); ++i) T = T * steps[i].motion.T_from_to;
+  return T;
+}
+
+TEST(MountingCalibration, AHeadingTurnsPathLoopsAndScans) {
+  const MountingCorrection error{{0, 0, 3 * kDegree}, Eigen::Vector3d::Zero()};
+  std::vector<Step> steps = drive(error.apply(kMounted), 200), right = drive(kMounted, 200);
+  const SE3 D = error.apply(kMounted) * kMounted.inverse();
+  const SE3 between = SE3::planar(1, 2, 0.5);
+  std::vector<LoopClosure> loops(1);
+  loops[0].T_from_to = D * between * D.inverse();
+  const SE3 wrong_end = last_scan(steps);
+  const auto corrected = calibrate_mountings(steps, loops, true);
+  ASSERT_EQ(corrected.size(), 1);
+  EXPECT_EQ(corrected[0].sensor, "scanner");
+  EXPECT_NEAR(corrected[0].correction.rotation_body.z(), -3 * kDegree, 0.05 * kDegree);
+  const SE3 end = last_scan(right);
+  EXPECT_GT((wrong_end.translation() - end.translation()).norm(), 0.5);
+  EXPECT_LT((last_scan(steps).translation() - end.translation()).norm(), 0.02);
+  EXPECT_LT((loops[0].T_from_to.translation() - between.translation()).norm(), 0.005);
+  EXPECT_NEAR(steps[4].scan->lidar.T_body_lidar.so3().yaw(), 0.4, 0.05 * kDegree);
+  EXPECT_NEAR(steps[4].observations.T_body_sensor.so3().yaw(), 0.4, 0.05 * kDegree);
+  // What is the wheels' alone stays, and so does the first pose.
+  EXPECT_LT((steps[5].motion.T_from_to.translation() - Eigen::Vector3d(0.05, 0, 0)).norm(), 1e-9);
+  EXPECT_EQ(steps[0].motion.T_from_to.translation(), Eigen::Vector3d(5, 6, 0));
+}
+
+TEST(MountingCalibration, WhatIsInOrderStays) {
+  std::vector<Step> steps = drive(kMounted, 200);
+  std::vector<LoopClosure> loops;
+  const SE3 end = last_scan(steps);
+  EXPECT_TRUE(calibrate_mountings(steps, loops, true).empty());
+  EXPECT_EQ(last_scan(steps).translation(), end.translation());
+}
+
+TEST(MountingCalibration, WithoutAFloorTheWheelsTellNoHeading) {
+  std::vector<LoopClosure> loops;
+  const MountingCorrection error{{0, 0, 3 * kDegree}, Eigen::Vector3d::Zero()};
+  std::vector<Step> steps = drive(error.apply(kMounted), 200);
+  EXPECT_TRUE(calibrate_mountings(steps, loops, false).empty());
+}
+
+TEST(MountingCalibration, WhatASensorSawMovesWithIt) {
+  Step step;
+  step.observations.T_body_sensor = SE3(SO3(), {1, 0, 0});
+  step.observations.obstacle_points_body = {{2, 0, 0}};
+  step.T_body_levelled = SE3(SO3(), {1, 0, 0});
+  remount(step, {{0, 0, M_PI / 2}, {0, 0, 0.5}});
+  EXPECT_LT((step.observations.T_body_sensor.translation() - Eigen::Vector3d(1, 0, 0.5)).norm(),
+            1e-12);
+  EXPECT_LT((step.observations.obstacle_points_body[0] - Eigen::Vector3d(1, 1, 0.5)).norm(), 1e-12);
+  EXPECT_NEAR(step.T_body_levelled.so3().yaw(), M_PI / 2, 1e-12);
+}
+
+}  // namespace
+}  // namespace lamina::apps
