@@ -44,14 +44,21 @@ bool wheels_and_images_alone(const std::vector<Step>& steps) {
 
 std::optional<WheelErrors> calibrate_wheels(std::vector<Step>& steps, const MapperOptions& options,
                                             const std::function<bool()>& ended) {
-  constexpr double kChance = 4;  // mean of chi-squared where there are no errors
+  double by_chance = 4;  // mean of chi-squared where there are no errors
   constexpr double kStays = 1;
+  constexpr double kTold = 2;  // sigmas: below, how cameras are turned stays as calibrated
+  Eigen::Vector4d usual = kUsual;
   WheelErrors all;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     const Graph graph = refined_graph(steps, all.value, options, ended);
     if (ended()) return std::nullopt;
-    const auto more = estimate_wheel_errors(graph, kUsual, all.value);
-    if (!more || (pass == 0 && more->significance() < kChance)) return std::nullopt;
+    auto more = estimate_wheel_errors(graph, usual, all.value);
+    if (pass == 0 && more && std::abs(more->value(3)) < kTold * std::sqrt(more->covariance(3, 3))) {
+      usual(3) = 1e-5;
+      by_chance = 3;
+      more = estimate_wheel_errors(graph, usual, all.value);
+    }
+    if (!more || (pass == 0 && more->significance() < by_chance)) return std::nullopt;
     all = {all.value + more->value, more->covariance};
     if (more->significance() < kStays) break;
   }

@@ -1,4 +1,4 @@
-// Pieces of way, their directions, and the median.
+// Pieces of way, their directions, and the mean of those near the median.
 #include <lamina/frontend/odometry/heading_error.hpp>
 
 #include <algorithm>
@@ -12,6 +12,7 @@ namespace {
 constexpr double kPiece = 0.5;      // m: centimetres of scan matching are a degree or two
 constexpr double kMostTurn = 0.35;  // rad within a piece: half of it is the chord's direction
 constexpr std::size_t kLeastPieces = 20;
+constexpr double kOutlier = 2.5;  // sigmas from the median
 
 double direction(const SE3& moved) {
   const PlanarPose p = planar_part(moved);
@@ -47,9 +48,14 @@ std::optional<HeadingError::Result> HeadingError::result() const {
   std::vector<double> values = deltas_;
   const double middle = median(values);
   for (double& v : values) v = std::abs(v - middle);
-  // Of a median of normal deviates: 1.2533 sigma / sqrt(n), sigma = 1.4826 MAD.
-  const double sigma = 1.2533 * 1.4826 * median(values) / std::sqrt(double(values.size()));
-  return Result{-middle, sigma};
+  const double sigma = 1.4826 * median(values);  // of one piece
+  double sum = 0, count = 0;
+  for (const double delta : deltas_) {
+    if (std::abs(delta - middle) > kOutlier * sigma) continue;
+    sum += delta;
+    ++count;
+  }
+  return Result{-sum / count, sigma / std::sqrt(count)};
 }
 
 }  // namespace lamina

@@ -23,7 +23,8 @@ class HeadingError {
   /// The body's motion since the last call, by both; nullopt where one of them does not tell it:
   /// the piece begins anew.
   void add(const std::optional<SE3>& by_wheels, const std::optional<SE3>& by_scans);
-  /// The median over all pieces. nullopt for fewer than 20 of them.
+  /// The mean over the pieces within 2.5 sigmas (by the median deviation) of the median. nullopt
+  /// for fewer than 20 of them.
   std::optional<Result> result() const;
 
  private:
