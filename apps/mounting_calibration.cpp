@@ -32,8 +32,8 @@ std::optional<MountingCorrection> by_ground(const std::vector<Step>& steps) {
 }
 
 std::optional<MountingCorrection> by_travel(const std::vector<Step>& steps) {
-  constexpr double kStandsOut = 3;  // sigmas
-  constexpr double kLeast = 0.3 * M_PI / 180;
+  constexpr double kStandsOut = 3;             // sigmas
+  constexpr double kLeast = 0.5 * M_PI / 180;  // wheels, too, are mounted no better
   HeadingError heading;
   for (const Step& step : steps) {
     if (!is_level_scan(step)) continue;

@@ -143,6 +143,7 @@ class Mapper {
   void refit(Tentative& tentative) const;
   void hold_first_floor(PlaneId id);
   std::size_t hold_fallen();
+  std::size_t stand_up_fallen();
   bool hold(PlaneId id, const Plane& at_anchor, double sigma_tilt, double sigma_rho);
   std::optional<PlaneId> promote(Tentative& tentative);
   void ensure_in_window(PlaneId id, const PlaneEvidence& evidence);

@@ -189,7 +189,7 @@ RefineResult Mapper::settle_planes(RefineResult result, const RefineOptions& opt
   PlanePairs apart;
   std::vector<std::pair<PlaneId, PlaneId>> merged;
   for (int round = 0; round < most_rounds; ++round) {
-    std::size_t changes = undo_contradicted(merged, apart);
+    std::size_t changes = undo_contradicted(merged, apart) + stand_up_fallen();
     if (round == 0) {
       changes += part_rejected(result.rejected, apart);
       remake_outlines();

@@ -189,6 +189,31 @@ bool Mapper::hold(PlaneId id, const Plane& at, double sigma_tilt, double sigma_r
   return true;
 }
 
+// As hold_fallen(), for the graph: lines that contradict each other enough outweigh the prior that
+// a wall of level scans is upright, as one that lies in the scan has no residuals at all. It is
+// stood up as it was when it was new, and held five times as firmly; its worst lines are outliers.
+std::size_t Mapper::stand_up_fallen() {
+  constexpr double kFallen = 0.5;  // of the normal's z: 30 degrees
+  constexpr double kFirmer = 5;
+  const double as_new = 1 / (options_.prior_tilt_deg * kDegree);
+  std::size_t stood_up = 0;
+  for (MarginalPrior& prior : graph_.marginal_priors) {
+    if (prior.planes.size() != 1 || prior.dimension() != 3 || !partial_.count(prior.planes[0]))
+      continue;
+    PlaneLandmark& plane = graph_.at(prior.planes[0]);
+    const Plane& upright = prior.planes_linear[0];
+    const bool held = prior.sqrt_information(0, 0) > 1.1 * as_new;
+    if (!plane.active || held || std::abs(plane.plane_anchor.normal().z()) < kFallen ||
+        std::abs(upright.normal().z()) >= kFallen) {
+      continue;
+    }
+    plane.plane_anchor = upright;
+    prior.sqrt_information.topRows(2) *= kFirmer;
+    ++stood_up;
+  }
+  return stood_up;
+}
+
 // ------------------------------------------------------------------------------ merging
 
 void Mapper::remember_merge(PlaneId from) {
