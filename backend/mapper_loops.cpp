@@ -50,9 +50,11 @@ std::optional<OdometryFactor> chained_past(const Graph& graph, KeyframeId id) {
 }
 
 // The keyframe's loops tell nothing new: each agrees with the poses there are, and its place is
-// held by loops of enough others.
-bool loops_can_go(const Graph& graph, const Keyframe& keyframe, double distance_m, double angle) {
+// held by loops of enough others: a loop is told by a few metres of the way, so those begun within
+// half of that hold the same place.
+bool loops_can_go(const Graph& graph, const Keyframe& keyframe, double angle) {
   constexpr std::size_t kEnough = 3;
+  constexpr double kSamePlace = 1.5;  // m
   bool own = false;
   for (const LoopFactor& loop : graph.loops) {
     if (loop.from != keyframe.id && loop.to != keyframe.id) continue;
@@ -66,7 +68,7 @@ bool loops_can_go(const Graph& graph, const Keyframe& keyframe, double distance_
   for (const KeyframeId id : held) {
     if (id == keyframe.id) continue;
     const SE3 between = graph.at(id).T_map_body.inverse() * keyframe.T_map_body;
-    near += between.translation().norm() < distance_m && between.so3().log().norm() < angle;
+    near += between.translation().norm() < kSamePlace && between.so3().log().norm() < angle;
   }
   return near >= kEnough;
 }
@@ -297,10 +299,7 @@ const Keyframe* Mapper::stand_in_for(const Keyframe& keyframe) const {
 void Mapper::retire(KeyframeId id) {
   const Keyframe* keyframe = graph_.find(id);
   if (!keyframe || keyframe->fixed || options_.reuse_distance_m <= 0) return;
-  if (!loops_can_go(graph_, *keyframe, options_.reuse_distance_m,
-                    options_.reuse_angle_deg * kDegree)) {
-    return;
-  }
+  if (!loops_can_go(graph_, *keyframe, options_.reuse_angle_deg * kDegree)) return;
   const Keyframe* stand_in = stand_in_for(*keyframe);
   if (!stand_in) return;
   const auto chain = chained_past(graph_, id);

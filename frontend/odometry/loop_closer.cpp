@@ -252,15 +252,15 @@ std::vector<LoopClosure> LoopCloser::close(int submap) {
     const auto edge = match(candidate, submap, score);
     if (edge && accept(*edge)) loops.push_back(lifted_loop(*edge, score));
   }
-  if (options_.visits > 0 && !loops.empty() && known_well(submap)) {
+  if (options_.visits > 0 && known_well(submap, loops.empty() ? 2 : 1)) {
     submaps_[static_cast<std::size_t>(submap)].points = {};
     submaps_[static_cast<std::size_t>(submap)].fans = {};
   }
   return loops;
 }
 
-// As many older submaps as are kept look at this place the same way.
-bool LoopCloser::known_well(int submap) const {
+// As many older submaps as are kept, `times` over, look at this place the same way.
+bool LoopCloser::known_well(int submap, int times) const {
   constexpr double kSameHeading = 0.5;  // rad
   const Eigen::Vector2d centre =
       graph_.pose(submap) * submaps_[static_cast<std::size_t>(submap)].centre;
@@ -272,7 +272,7 @@ bool LoopCloser::known_well(int submap) const {
     const double turn = std::abs((graph_.pose(i).inverse() * graph_.pose(submap)).yaw);
     known += off < options_.submap_length / 2 && turn < kSameHeading ? 1 : 0;
   }
-  return known >= options_.visits;
+  return known >= times * options_.visits;
 }
 
 LoopClosure LoopCloser::lifted_loop(const PlanarEdge& edge, double score) const {
