@@ -21,9 +21,9 @@ void OnlineUpkeep::added(const AddResult& added, Mapper& mapper) {
 }
 
 bool OnlineUpkeep::due(int loops, const Mapper& mapper) const {
-  if (loops <= 0) return false;
   const std::size_t keyframes = mapper.graph().keyframes.size();
-  return met_ > keyframes ||
+  if (loops <= 0) return met_ > keyframes;
+  return 2 * met_ > keyframes ||
          static_cast<double>(keyframes) > kGrown * static_cast<double>(refined_at_) ||
          !newest_loops_agree(mapper.graph(), loops);
 }

@@ -15,8 +15,8 @@ class OnlineUpkeep {
   /// before: loops still bend the map, and floor that hangs on far keyframes bends with those.
   void added(const AddResult& added, Mapper& mapper);
   /// After the graph took `loops` new loops. The whole graph is due when one of them says that it
-  /// is wrong, or it has grown by a tenth since it was last refined, or as much was seen again:
-  /// then evidence of laps is made one.
+  /// is wrong, or it has grown by a tenth since it was last refined, or half as much was seen again
+  /// (without loops: as much): then evidence of laps is made one.
   bool due(int loops, const Mapper& mapper) const;
   /// Refines the graph, without a second hearing for what was left out, and makes its floor one.
   void refine(Mapper& mapper);

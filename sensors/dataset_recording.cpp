@@ -1,7 +1,7 @@
 // A dataset folder (TUM RGB-D layout and more) as a recording.
 #include <algorithm>
 #include <array>
-#include <deque>
+#include <fstream>
 #include <set>
 
 #include <lamina/models/error.hpp>
@@ -22,6 +22,13 @@ struct Item {
   Timestamp stamp;
   Stream stream;
   std::size_t index;
+};
+
+// A scan's line in scans.csv: an hour of scans is a hundred megabytes, and each is asked for once.
+struct ScanPlace {
+  Timestamp stamp;
+  std::streamoff begin;
+  std::size_t size;
 };
 
 class DatasetRecording final : public Recording {
@@ -72,7 +79,7 @@ class DatasetRecording final : public Recording {
   std::optional<Measurement> read(const Item& item);
   std::optional<Measurement> read_depth(const ListEntry& entry);
   std::optional<Measurement> read_stereo(std::size_t index);
-  std::optional<Measurement> read_scan(const ScanLine& line);
+  std::optional<Measurement> read_scan(const ScanPlace& place);
   void skip_image(const std::string& path, const std::string& why, const CameraModel& camera);
 
   std::filesystem::path folder_;
@@ -82,8 +89,8 @@ class DatasetRecording final : public Recording {
   OdometryTrack track_;
   std::vector<Odometry> odometry_;
   std::vector<Accelerometer> accelerometer_;
-  std::string scans_text_;
-  std::vector<ScanLine> scans_;
+  std::ifstream scans_file_;
+  std::vector<ScanPlace> scans_;
   std::vector<ListEntry> depth_;
   std::vector<std::array<ListEntry, 2>> stereo_;  // left, right
   std::optional<Rectifier> depth_rectifier_, stereo_rectifier_;
@@ -105,8 +112,11 @@ void DatasetRecording::read_poses() {
 
 void DatasetRecording::read_scans() {
   if (!has("scans.csv")) return;
-  scans_text_ = text("scans.csv");
-  scans_ = index_scans(scans_text_, skips_);
+  const std::string all = text("scans.csv");
+  for (const ScanLine& scan : index_scans(all, skips_)) {
+    scans_.push_back({scan.stamp, scan.line.data() - all.data(), scan.line.size()});
+  }
+  scans_file_.open(folder_ / "scans.csv", std::ios::binary);
   if (!calibration_.lidar) {
     calibration_.lidar = LidarModel();
     remarks_.push_back("lidar: not in calibration.yaml; defaults at the body's origin are used");
@@ -278,12 +288,15 @@ std::optional<Measurement> DatasetRecording::read_stereo(std::size_t index) {
   return frame;
 }
 
-std::optional<Measurement> DatasetRecording::read_scan(const ScanLine& line) {
-  std::string why;
-  auto scan = parse_scan_line(line.line, why);
+std::optional<Measurement> DatasetRecording::read_scan(const ScanPlace& place) {
+  std::string line(place.size, '\0'), why;
+  scans_file_.clear();
+  scans_file_.seekg(place.begin);
+  scans_file_.read(line.data(), static_cast<std::streamsize>(line.size()));
+  auto scan = parse_scan_line(line, why);
   if (!scan) {
     skips_.set_source("scans.csv:");
-    skips_.add(why, 1, " " + shown(line.line));
+    skips_.add(why, 1, " " + shown(line));
     return std::nullopt;
   }
   scan->lidar = *calibration_.lidar;

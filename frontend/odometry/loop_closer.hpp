@@ -37,8 +37,8 @@ struct LoopCloserOptions {
   double max_chi_squared = 25;     ///< 3 dof, against the drift: beyond, the loop is not believed
   /// A match between submaps is off by this at best (their own bend): m, rad, 1-sigma.
   double sigma_translation = 0.02, sigma_rotation = 0.004;
-  /// Submaps kept of one place and heading; a later one that matched is let go, and one that did not
-  /// (a place that looks like another) when there are twice as many. 0: all are kept.
+  /// Submaps kept of one place and heading; a later one that matched is let go, and one that did
+  /// not (a place that looks like another) when there are twice as many. 0: all are kept.
   int visits = 0;
   bool keep_path = true;  ///< every scan's pose, for corrected()
 };

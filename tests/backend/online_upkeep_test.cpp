@@ -17,7 +17,8 @@ struct Met {
   std::size_t frames = 0;
   int keyframes = 0;
 
-  explicit Met(unsigned seed) : way(60, 180, seed), sensor(seed + 1) {}
+  explicit Met(unsigned seed, std::size_t all = 60, std::size_t lap = 180)
+      : way(all, lap, seed), sensor(seed + 1) {}
   void drive(std::size_t more) {
     const auto room = made_up::make_room();
     for (const std::size_t end = frames + more; frames < end; ++frames) {
@@ -59,6 +60,16 @@ TEST(OnlineUpkeep, AGraphThatHasGrownIsDue) {
   met.drive(30);
   ASSERT_TRUE(met.loop(0));
   EXPECT_TRUE(met.upkeep.due(1, met.mapper));
+}
+
+// A bare corridor closes no loops; what laps of it see again must not pile up all the same.
+TEST(OnlineUpkeep, LapsWithoutALoopAreDueWhenAllWasSeenAgain) {
+  Met met(34, 240, 60);
+  met.drive(60);
+  met.upkeep.refine(met.mapper);
+  EXPECT_FALSE(met.upkeep.due(0, met.mapper));
+  met.drive(180);
+  EXPECT_TRUE(met.upkeep.due(0, met.mapper));
 }
 
 }  // namespace
