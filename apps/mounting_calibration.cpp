@@ -1,6 +1,8 @@
 // Three sensors' mountings, one after the other.
 #include <lamina/apps/mounting_calibration.hpp>
 
+#include <algorithm>
+
 #include <lamina/frontend/odometry/heading_error.hpp>
 #include <lamina/frontend/segments/ground_lines.hpp>
 #include <lamina/frontend/segments/shared_walls.hpp>
@@ -10,17 +12,28 @@ namespace {
 
 bool is_level_scan(const Step& step) { return step.scan && step.scan_motion; }
 bool is_other_scan(const Step& step) { return step.scan && !step.scan_motion; }
+bool is_seen_by(const Step& step, SensorKind kind) {
+  return !step.scan && step.observations.sensor == kind;
+}
+// What sees walls as areas.
+constexpr SensorKind kImages[] = {SensorKind::kDepth, SensorKind::kStereo, SensorKind::kCloud};
+
 bool is_image(const Step& step) {
-  const SensorKind kind = step.observations.sensor;
-  return kind == SensorKind::kDepth || kind == SensorKind::kStereo;
+  return std::any_of(std::begin(kImages), std::end(kImages),
+                     [&step](SensorKind kind) { return is_seen_by(step, kind); });
 }
 
-// The first level scan's mounting; nullopt without one.
-std::optional<SE3> scanner_mounting(const std::vector<Step>& steps) {
+// The scanner's mounting; nullopt without one, or where scans come from several: what corrects one
+// would spoil the others.
+std::optional<SE3> mounting_of(const std::vector<Step>& steps, bool (*is)(const Step&)) {
+  std::optional<SE3> T_body_lidar;
   for (const Step& step : steps) {
-    if (is_level_scan(step)) return step.scan->lidar.T_body_lidar;
+    if (!is(step)) continue;
+    const SE3& T = step.scan->lidar.T_body_lidar;
+    if (!T_body_lidar) T_body_lidar = T;
+    if ((T_body_lidar->inverse() * T).log().norm() > 1e-9) return std::nullopt;
   }
-  return std::nullopt;
+  return T_body_lidar;
 }
 
 std::optional<MountingCorrection> by_ground(const std::vector<Step>& steps) {
@@ -47,36 +60,60 @@ std::optional<MountingCorrection> by_travel(const std::vector<Step>& steps) {
   return MountingCorrection{{0, 0, found->value}, Eigen::Vector3d::Zero()};
 }
 
-// Motions of the body that scans told with a scanner mounted at T_body_lidar: a body that moves as
-// this one does, corrected, is this one seen from a frame turned by T_new_old.
+// Motions that scans told with a scanner said to sit elsewhere: a body that moves as this one does,
+// corrected, is this one seen from a frame turned by T_new_old. What wheels alone told stays.
 void turn_path(std::vector<Step>& steps, std::vector<LoopClosure>& loops, const SE3& T_new_old) {
   const SE3 T_old_new = T_new_old.inverse();
-  SE3 T_old, T_new;            // of the step before, from the first
-  SE3 T_old_scan, T_new_scan;  // of the last scan
-  for (std::size_t i = 1; i < steps.size(); ++i) {
+  SE3 T_old_since, T_new_since;  // from the last scan to the step before
+  bool scanned = false;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
     SE3& moved = steps[i].motion.T_from_to;
-    const SE3 T_new_before = T_new;
-    T_old = T_old * moved;
-    if (steps[i].scan) {
-      T_old_scan = T_old;
-      T_new_scan = T_new_old * T_old * T_old_new;
+    if (i == 0) {
+      scanned = steps[i].scan.has_value();
+      continue;  // the first pose
     }
-    T_new = T_new_scan * (T_old_scan.inverse() * T_old);
-    moved = T_new_before.inverse() * T_new;
+    const SE3 T_old = T_old_since * moved;
+    if (!steps[i].scan) {
+      moved = T_new_since.inverse() * T_old;
+      T_old_since = T_new_since = T_old;
+      continue;
+    }
+    const bool told = scanned && steps[i].scan_motion &&
+                      steps[i].scan_motion->status != ScanMotion::Status::kPredicted;
+    moved = T_new_since.inverse() * (told ? T_new_old * T_old * T_old_new : T_old);
+    T_old_since = T_new_since = SE3();
+    scanned = true;
   }
   for (LoopClosure& loop : loops) loop.T_from_to = T_new_old * loop.T_from_to * T_old_new;
 }
 
-std::optional<MountingCorrection> by_walls(const std::vector<Step>& steps) {
+std::optional<SharedWalls::Result> by_walls(const std::vector<Step>& steps, SensorKind kind) {
   SharedWalls walls;
   SE3 T_start_body;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (i > 0) T_start_body = T_start_body * steps[i].motion.T_from_to;
     if (is_level_scan(steps[i])) walls.add_scan(steps[i].observations, T_start_body);
-    if (is_image(steps[i])) walls.add_image(steps[i].observations, T_start_body);
+    if (is_seen_by(steps[i], kind)) walls.add_image(steps[i].observations, T_start_body);
   }
-  const auto found = walls.result();
-  return found ? std::optional(found->correction) : std::nullopt;
+  return walls.result();
+}
+
+// How cameras sit to the scanner: false where some camera's walls do not tell.
+bool relate_cameras(std::vector<Step>& steps, std::vector<CorrectedMounting>& all) {
+  bool related = true;
+  for (const SensorKind kind : kImages) {
+    const bool any = std::any_of(steps.begin(), steps.end(),
+                                 [kind](const Step& step) { return is_seen_by(step, kind); });
+    if (!any) continue;
+    const auto found = by_walls(steps, kind);
+    related = related && found;
+    if (!found || !found->stands_out) continue;
+    for (Step& step : steps) {
+      if (is_seen_by(step, kind)) remount(step, found->correction);
+    }
+    all.push_back({"camera", "walls the scanner sees", found->correction});
+  }
+  return related;
 }
 
 }  // namespace
@@ -95,26 +132,27 @@ void remount(Step& step, const MountingCorrection& correction) {
 std::vector<CorrectedMounting> calibrate_mountings(std::vector<Step>& steps,
                                                    std::vector<LoopClosure>& loops, bool planar) {
   std::vector<CorrectedMounting> all;
-  if (const auto correction = planar ? by_ground(steps) : std::nullopt) {
+  const auto hanging =
+      planar && mounting_of(steps, is_other_scan) ? by_ground(steps) : std::nullopt;
+  if (hanging) {
     for (Step& step : steps) {
-      if (is_other_scan(step)) remount(step, *correction);
+      if (is_other_scan(step)) remount(step, *hanging);
     }
-    all.push_back({"scanner", "ground", *correction});
+    all.push_back({"scanner", "ground", *hanging});
   }
-  const auto T_body_lidar = scanner_mounting(steps);
-  if (!T_body_lidar) return all;
+  const auto T_body_lidar = mounting_of(steps, is_level_scan);
+  if (!T_body_lidar || !relate_cameras(steps, all)) return all;
+  // Cameras that agree with the scanner turn with it.
   if (const auto correction = planar ? by_travel(steps) : std::nullopt) {
     turn_path(steps, loops, correction->apply(*T_body_lidar) * T_body_lidar->inverse());
+    bool cameras = false;
     for (Step& step : steps) {
-      if (is_level_scan(step)) remount(step, *correction);
+      if (!is_level_scan(step) && !is_image(step)) continue;
+      cameras = cameras || is_image(step);
+      remount(step, *correction);
     }
     all.push_back({"scanner", "direction of travel", *correction});
-  }
-  if (const auto correction = by_walls(steps)) {
-    for (Step& step : steps) {
-      if (is_image(step)) remount(step, *correction);
-    }
-    all.push_back({"camera", "walls the scanner sees", *correction});
+    if (cameras) all.push_back({"camera", "direction of travel", *correction});
   }
   return all;
 }

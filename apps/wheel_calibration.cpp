@@ -46,7 +46,7 @@ std::optional<WheelErrors> calibrate_wheels(std::vector<Step>& steps, const Mapp
                                             const std::function<bool()>& ended) {
   double by_chance = 4;  // mean of chi-squared where there are no errors
   constexpr double kStays = 1;
-  constexpr double kTold = 2;  // sigmas: below, how cameras are turned stays as calibrated
+  constexpr double kTold = 3;  // sigmas: below, how cameras are turned stays as calibrated
   Eigen::Vector4d usual = kUsual;
   WheelErrors all;
   for (int pass = 0; pass < kMostPasses; ++pass) {

@@ -356,7 +356,9 @@ void Mapper::tidy(Step& step) {
   if (options_.place.enabled && keyframes_made_ % options_.place.every_keyframes == 0) {
     step.result.loop_closed = recognise();
   }
-  for (const auto& pose : gone.poses) retire(pose.id);
+  for (const auto& pose : gone.poses) {
+    if (!retire(pose.id)) stayed_.push_back(pose.id);
+  }
 }
 
 SE3 Mapper::current_pose() const {

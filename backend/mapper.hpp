@@ -74,6 +74,9 @@ class Mapper {
   /// what many laps saw takes the room of one. Of keyframes that the last refine() laid out, where
   /// neighbours hang together well; right after it, or when laps have added to them.
   void condense_floor(double radius_m = 1);
+  /// Takes out keyframes that had to stay when they left the window, as planes of theirs were new:
+  /// asked once more, when planes that turned out to be one are merged.
+  void retire_again();
 
   /// What a long run keeps of every frame goes to a file without a name in this folder; its bytes
   /// come back as they were.
@@ -165,7 +168,7 @@ class Mapper {
   void absorb(PlaneId from, PlaneId into);
   void share_outlines(PlaneId old, PlaneId made);
   const Keyframe* stand_in_for(const Keyframe& keyframe) const;
-  void retire(KeyframeId id);
+  bool retire(KeyframeId id);
   void remake_outlines();
   MapPlane map_plane(const PlaneLandmark& plane) const;
 
@@ -191,6 +194,7 @@ class Mapper {
   std::optional<Plane> first_floor_map_;   // which is here
   std::map<PlaneId, MergeRecord> merges_;  // by the plane that went
   SurfelEvidence surfels_;
+  std::vector<KeyframeId> stayed_;  // beyond the window, since retire_again()
   std::map<KeyframeId, std::vector<Eigen::Vector3d>> loose_body_;
   std::int64_t keyframes_made_ = 0;
   KeyframeId refined_ = KeyframeId::kNone;  // the newest at the last refine()

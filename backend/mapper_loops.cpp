@@ -296,14 +296,14 @@ const Keyframe* Mapper::stand_in_for(const Keyframe& keyframe) const {
 
 // A keyframe beyond the window that an older one can stand in for goes: its planes are seen from
 // there, its frames and floor hang on the older one, odometry is chained past it.
-void Mapper::retire(KeyframeId id) {
+bool Mapper::retire(KeyframeId id) {
   const Keyframe* keyframe = graph_.find(id);
-  if (!keyframe || keyframe->fixed || options_.reuse_distance_m <= 0) return;
-  if (!loops_can_go(graph_, *keyframe, options_.reuse_angle_deg * kDegree)) return;
+  if (!keyframe || keyframe->fixed || options_.reuse_distance_m <= 0) return false;
+  if (!loops_can_go(graph_, *keyframe, options_.reuse_angle_deg * kDegree)) return false;
   const Keyframe* stand_in = stand_in_for(*keyframe);
-  if (!stand_in) return;
+  if (!stand_in) return false;
   const auto chain = chained_past(graph_, id);
-  if (!chain) return;
+  if (!chain) return false;
   // What hangs on the stand-in follows it for good: it must hang where both saw their planes, not
   // where poses lie that a lap's drift, not yet spread over the path, keeps apart.
   const KeyframeId into = stand_in->id;
@@ -318,6 +318,11 @@ void Mapper::retire(KeyframeId id) {
   }
   graph_.remove(id);
   graph_.odometry.push_back(*chain);
+  return true;
+}
+
+void Mapper::retire_again() {
+  for (const KeyframeId id : std::exchange(stayed_, {})) retire(id);
 }
 
 }  // namespace lamina

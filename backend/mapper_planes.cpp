@@ -191,7 +191,8 @@ bool Mapper::hold(PlaneId id, const Plane& at, double sigma_tilt, double sigma_r
 
 // As hold_fallen(), for the graph: lines that contradict each other enough outweigh the prior that
 // a wall of level scans is upright, as one that lies in the scan has no residuals at all. It is
-// stood up as it was when it was new, and held five times as firmly; its worst lines are outliers.
+// stood up along the line that all of them make, and its lean held five times as firmly; its worst
+// lines are outliers then.
 std::size_t Mapper::stand_up_fallen() {
   constexpr double kFallen = 0.5;  // of the normal's z: 30 degrees
   constexpr double kFirmer = 5;
@@ -201,14 +202,25 @@ std::size_t Mapper::stand_up_fallen() {
     if (prior.planes.size() != 1 || prior.dimension() != 3 || !partial_.count(prior.planes[0]))
       continue;
     PlaneLandmark& plane = graph_.at(prior.planes[0]);
-    const Plane& upright = prior.planes_linear[0];
-    const bool held = prior.sqrt_information(0, 0) > 1.1 * as_new;
-    if (!plane.active || held || std::abs(plane.plane_anchor.normal().z()) < kFallen ||
-        std::abs(upright.normal().z()) >= kFallen) {
-      continue;
+    const bool held = prior.sqrt_information.topLeftCorner<2, 2>().norm() > 2 * as_new;
+    if (!plane.active || held || std::abs(plane.plane_anchor.normal().z()) < kFallen) continue;
+    Moments merged;
+    for (const PlaneMomentsFactor& f : graph_.plane_moments) {
+      if (f.plane != plane.id) continue;
+      merged.merge(f.moments_body.transformed(graph_.at(f.keyframe).T_map_body));
     }
-    plane.plane_anchor = upright;
-    prior.sqrt_information.topRows(2) *= kFirmer;
+    const auto line = merged.fit_line();
+    if (!line) continue;
+    Eigen::Vector3d n = line->direction.cross(Eigen::Vector3d::UnitZ());
+    if (n.dot(prior.planes_linear[0].normal()) < 0) n = -n;
+    const auto upright = Plane::from_normal_rho(n, n.dot(merged.mean() - plane.anchor_map));
+    if (!upright) continue;
+    plane.plane_anchor = *upright;
+    prior.planes_linear[0] = *upright;
+    // In the plane's tangent: which way is a lean, and which a turn.
+    const Eigen::Vector2d lean = upright->tangent_basis().transpose() * Eigen::Vector3d::UnitZ();
+    prior.sqrt_information.topLeftCorner<2, 2>() << as_new * kFirmer * lean.transpose(),
+        as_new * Eigen::RowVector2d(-lean.y(), lean.x());
     ++stood_up;
   }
   return stood_up;

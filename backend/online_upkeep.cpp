@@ -1,6 +1,8 @@
 // Counts of keyframes met and kept.
 #include <lamina/backend/online_upkeep.hpp>
 
+#include <algorithm>
+
 #include <lamina/backend/loop_agreement.hpp>
 
 namespace lamina {
@@ -22,8 +24,10 @@ void OnlineUpkeep::added(const AddResult& added, Mapper& mapper) {
 
 bool OnlineUpkeep::due(int loops, const Mapper& mapper) const {
   const std::size_t keyframes = mapper.graph().keyframes.size();
-  if (loops <= 0) return met_ > keyframes;
-  return 2 * met_ > keyframes ||
+  const std::size_t grown = keyframes - std::min(keyframes, refined_at_);
+  const std::size_t again = met_ - std::min(met_, grown);
+  if (loops <= 0) return again > keyframes;
+  return 2 * again > keyframes ||
          static_cast<double>(keyframes) > kGrown * static_cast<double>(refined_at_) ||
          !newest_loops_agree(mapper.graph(), loops);
 }
@@ -34,6 +38,7 @@ void OnlineUpkeep::refine(Mapper& mapper) {
   RefineOptions quick;
   quick.thorough = false;
   mapper.refine(quick);
+  mapper.retire_again();
   mapper.condense_floor();
 }
 

@@ -292,7 +292,10 @@ std::optional<Measurement> DatasetRecording::read_scan(const ScanPlace& place) {
   std::string line(place.size, '\0'), why;
   scans_file_.clear();
   scans_file_.seekg(place.begin);
-  scans_file_.read(line.data(), static_cast<std::streamsize>(line.size()));
+  if (!scans_file_.read(line.data(), static_cast<std::streamsize>(line.size()))) {
+    throw input_error((folder_ / "scans.csv").string(), "byte " + std::to_string(place.begin),
+                      "nothing that could be read", "the scan that stood there");
+  }
   auto scan = parse_scan_line(line, why);
   if (!scan) {
     skips_.set_source("scans.csv:");

@@ -264,15 +264,21 @@ bool LoopCloser::known_well(int submap, int times) const {
   constexpr double kSameHeading = 0.5;  // rad
   const Eigen::Vector2d centre =
       graph_.pose(submap) * submaps_[static_cast<std::size_t>(submap)].centre;
-  int known = 0;
+  std::vector<int> known;
   for (int i = 0; i + options_.min_gap < submap; ++i) {
     const Submap& old = submaps_[static_cast<std::size_t>(i)];
     if (old.points.size() < 20) continue;
     const double off = (graph_.pose(i) * old.centre - centre).norm();
     const double turn = std::abs((graph_.pose(i).inverse() * graph_.pose(submap)).yaw);
-    known += off < options_.submap_length / 2 && turn < kSameHeading ? 1 : 0;
+    if (off < options_.submap_length / 2 && turn < kSameHeading) known.push_back(i);
   }
-  return known >= times * options_.visits;
+  if (static_cast<int>(known.size()) < times * options_.visits) return false;
+  if (times == 1) return true;  // a match says where it is
+  const double most = options_.submap_length / 2;
+  const auto covariances = graph_.relative_covariances(known, submap);
+  return std::all_of(covariances.begin(), covariances.end(), [most](const Eigen::Matrix3d& C) {
+    return std::max(C(0, 0), C(1, 1)) < most * most;
+  });
 }
 
 LoopClosure LoopCloser::lifted_loop(const PlanarEdge& edge, double score) const {

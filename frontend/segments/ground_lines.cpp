@@ -22,6 +22,7 @@ constexpr double kHeightPrior = 0.02;  // m
 // Corrections below both are not worth being believed.
 constexpr double kLeastLean = 0.1 * kDegree;
 constexpr double kLeastRise = 0.005;  // m
+constexpr double kStandsOut = 11.3;   // 99 % of chi-squared of 3 degrees
 
 }  // namespace
 
@@ -49,12 +50,13 @@ std::optional<MountingCorrection> GroundLines::correction() const {
   if (lines_.size() < kLeastScans || 2 * lines_.size() < scans_) return std::nullopt;
   Eigen::Vector3d x = Eigen::Vector3d::Zero();
   const Eigen::Array2d sigma(kSlopeSigma, kHeightSigma);
+  Eigen::Matrix3d H;
   double inliers = 0;
   // From wide to narrow: lines on steps and kerbs fall out by and by.
   constexpr int kRounds = 12;
   for (int round = 0; round < kRounds; ++round) {
     const double widen = std::max(1.0, 8.0 / (1 + round));
-    Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+    H.setZero();
     Eigen::Vector3d g = Eigen::Vector3d::Zero();
     inliers = 0;
     for (const Line& line : lines_) {
@@ -81,7 +83,9 @@ std::optional<MountingCorrection> GroundLines::correction() const {
     x -= H.ldlt().solve(g);
   }
   if (2 * inliers < static_cast<double>(lines_.size()) || !x.allFinite()) return std::nullopt;
-  if (x.head<2>().norm() < kLeastLean && std::abs(x.z()) < kLeastRise) return std::nullopt;
+  if (x.dot(H * x) < kStandsOut ||
+      (x.head<2>().norm() < kLeastLean && std::abs(x.z()) < kLeastRise))
+    return std::nullopt;
   return MountingCorrection{{x.x(), x.y(), 0}, {0, 0, x.z()}};
 }
 

@@ -159,10 +159,10 @@ std::optional<SharedWalls::Result> SharedWalls::result() const {
   Eigen::Matrix3d covariance = H.inverse();
   const Eigen::Vector3d common(kHeadingCommon, kPlaceCommon, kPlaceCommon);
   covariance.diagonal() += common.cwiseAbs2();
-  if (x.dot(covariance.ldlt().solve(x)) < kStandsOut) return std::nullopt;
   return Result{{{0, 0, x(0)}, {x(1), x(2), 0}},
                 covariance.diagonal().cwiseSqrt(),
-                static_cast<int>(pairs_.size())};
+                static_cast<int>(pairs_.size()),
+                x.dot(covariance.ldlt().solve(x)) >= kStandsOut};
 }
 
 }  // namespace lamina

@@ -24,8 +24,9 @@ class SharedWalls {
     MountingCorrection correction;
     Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< of heading (rad), x, y (m)
     int pairs = 0;
+    bool stands_out = false;  ///< from chance, and from what one camera's images err by in common
   };
-  /// nullopt for too few walls, walls that do not agree, or where nothing stands out.
+  /// nullopt for too few walls, or walls that do not agree.
   std::optional<Result> result() const;
 
  private:

@@ -11,8 +11,10 @@ namespace {
 constexpr double kDegree = M_PI / 180;
 const SE3 kMounted(SO3::rot_z(0.4), {0.3, 0.1, 0.2});
 
-// Scans along a gentle curve and an image after each, as a scanner mounted at `T_said` has them.
-std::vector<Step> drive(const SE3& T_said, std::size_t scans) {
+// Scans along a gentle curve and a step of the wheels alone after each, as a scanner mounted at
+// `T_said` has them.
+std::vector<Step> drive(const SE3& T_said, std::size_t scans,
+                        SensorKind between = SensorKind::kLidar) {
   const SE3 moved = SE3::planar(0.1, 0, 0.01);
   const SE3 D = T_said * kMounted.inverse();  // of the frame of the body that scans believe in
   std::vector<Step> steps;
@@ -27,7 +29,7 @@ std::vector<Step> drive(const SE3& T_said, std::size_t scans) {
     if (i > 0) step.wheels_moved = moved;
     steps.push_back(step);
     Step image;
-    image.observations.sensor = SensorKind::kDepth;
+    image.observations.sensor = between;
     image.observations.obstacle_points_body = {{1, 0, 0}};
     image.motion.T_from_to = SE3::planar(0.05, 0, 0);
     steps.push_back(image);
@@ -70,6 +72,33 @@ TEST(MountingCalibration, WhatIsInOrderStays) {
   const SE3 end = last_scan(steps);
   EXPECT_TRUE(calibrate_mountings(steps, loops, true).empty());
   EXPECT_EQ(last_scan(steps).translation(), end.translation());
+}
+
+TEST(MountingCalibration, AScannerIsNotTurnedAwayFromACameraThatSeesNoWalls) {
+  std::vector<LoopClosure> loops;
+  const MountingCorrection error{{0, 0, 3 * kDegree}, Eigen::Vector3d::Zero()};
+  std::vector<Step> steps = drive(error.apply(kMounted), 200, SensorKind::kDepth);
+  EXPECT_TRUE(calibrate_mountings(steps, loops, true).empty());
+}
+
+TEST(MountingCalibration, ScannersOfWhichThereAreTwoStay) {
+  std::vector<LoopClosure> loops;
+  const MountingCorrection error{{0, 0, 3 * kDegree}, Eigen::Vector3d::Zero()};
+  std::vector<Step> steps = drive(error.apply(kMounted), 200);
+  steps[100].scan->lidar.T_body_lidar = kMounted;
+  EXPECT_TRUE(calibrate_mountings(steps, loops, true).empty());
+}
+
+TEST(MountingCalibration, WhatWheelsAloneToldIsNotTurned) {
+  const MountingCorrection error{{0, 0, 3 * kDegree}, Eigen::Vector3d::Zero()};
+  std::vector<Step> steps = drive(error.apply(kMounted), 200);
+  for (std::size_t i = 100; i < 140; i += 2) {
+    steps[i].scan_motion->status = ScanMotion::Status::kPredicted;
+    steps[i].motion.T_from_to = SE3::planar(0.05, 0, 0.01);
+  }
+  std::vector<LoopClosure> loops;
+  ASSERT_EQ(calibrate_mountings(steps, loops, true).size(), 1);
+  EXPECT_LT((steps[110].motion.T_from_to.translation() - Eigen::Vector3d(0.05, 0, 0)).norm(), 1e-9);
 }
 
 TEST(MountingCalibration, WithoutAFloorTheWheelsTellNoHeading) {

@@ -114,11 +114,14 @@ TEST(SharedWalls, TellHeadingAndPlaceOfACamera) {
   EXPECT_NEAR(found->correction.translation_body.y(), 0.02, 0.005);
   EXPECT_EQ(found->correction.translation_body.z(), 0);
   EXPECT_GT(found->pairs, 300);
+  EXPECT_TRUE(found->stands_out);
 }
 
 TEST(SharedWalls, AMountingInOrderAndFewImagesTellNothing) {
   const SE3 T_camera(SO3::rot_z(-M_PI / 2) * SO3::rot_x(-2), {0.1, 0, 0.8});
-  EXPECT_FALSE(walls_by(T_camera, T_camera, 100).result());
+  const auto in_order = walls_by(T_camera, T_camera, 100).result();
+  ASSERT_TRUE(in_order);
+  EXPECT_FALSE(in_order->stands_out);
   const MountingCorrection error{{0, 0, 2 * kDegree}, {0, 0, 0}};
   EXPECT_FALSE(walls_by(T_camera, error.apply(T_camera), 6).result());
 }
