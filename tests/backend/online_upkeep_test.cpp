@@ -17,8 +17,8 @@ struct Met {
   std::size_t frames = 0;
   int keyframes = 0;
 
-  explicit Met(unsigned seed, std::size_t all = 60, std::size_t lap = 180)
-      : way(all, lap, seed), sensor(seed + 1) {}
+  explicit Met(unsigned seed, int all = 60, int lap = 180, const MapperOptions& options = {})
+      : way(all, lap, seed), sensor(seed + 1), mapper(options) {}
   void drive(std::size_t more) {
     const auto room = made_up::make_room();
     for (const std::size_t end = frames + more; frames < end; ++frames) {
@@ -70,6 +70,23 @@ TEST(OnlineUpkeep, LapsWithoutALoopAreDueWhenAllWasSeenAgain) {
   EXPECT_FALSE(met.upkeep.due(0, met.mapper));
   met.drive(180);
   EXPECT_TRUE(met.upkeep.due(0, met.mapper));
+}
+
+// A second lap that does not know the first one's planes keeps its keyframes until those are
+// merged.
+TEST(OnlineUpkeep, WhatHadToStayIsAskedAgain) {
+  MapperOptions options;
+  options.place.enabled = false;
+  options.window.keyframes = 8;
+  options.association.max_distance_m = 0.02;
+  Met met(1, 240, 120, options);
+  met.drive(240);
+  const std::size_t before = met.mapper.graph().keyframes.size();
+  met.upkeep.refine(met.mapper);
+  EXPECT_LT(met.mapper.graph().keyframes.size(), before);
+  const std::size_t after = met.mapper.graph().keyframes.size();
+  met.mapper.retire_again();  // once
+  EXPECT_EQ(met.mapper.graph().keyframes.size(), after);
 }
 
 }  // namespace
