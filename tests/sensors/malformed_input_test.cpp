@@ -235,6 +235,25 @@ TEST(Malformed, ScansAreSkippedAndCounted) {
   EXPECT_EQ(result.skipped, (Skips{{"short line", 2}, {"not a number", 2}, {"time goes back", 1}}));
 }
 
+TEST(Malformed, ScansThatGoAwayWhileTheyAreRead) {
+  const TemporaryFolder folder;
+  folder.write("calibration.yaml", "lidar: {range_sigma: 0.01}\n");
+  std::string text;
+  for (int i = 1; i < 2000; ++i) text += std::to_string(i) + ".0,-1,0.5,0.1,10,1,2,3\n";
+  folder.write("scans.csv", text);
+  const auto recording = open_recording(folder.path().string());
+  ASSERT_TRUE(recording->next());
+  std::filesystem::resize_file(folder.file("scans.csv"), 100);
+  try {
+    while (recording->next()) {
+    }
+    FAIL() << "expected one line of complaint";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("scans.csv"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("nothing that could be read"), std::string::npos);
+  }
+}
+
 TEST(Malformed, CarmenLinesAreSkippedAndCounted) {
   const TemporaryFolder folder;
   folder.write("robot.log",
