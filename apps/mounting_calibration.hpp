@@ -7,7 +7,7 @@
 
 #include <lamina/apps/front_end.hpp>
 #include <lamina/frontend/odometry/loop_closer.hpp>
-#include <lamina/frontend/segments/ground_lines.hpp>
+#include <lamina/frontend/segments/mounting_correction.hpp>
 
 namespace lamina::apps {
 

@@ -6,20 +6,9 @@
 #include <vector>
 
 #include <lamina/frontend/observation.hpp>
+#include <lamina/frontend/segments/mounting_correction.hpp>
 
 namespace lamina {
-
-/// What must be done to a mounting T_body_sensor: turned by `rotation_body` (axis-angle, rad, body
-/// axes) about the sensor, then moved by `translation_body` (m).
-struct MountingCorrection {
-  Eigen::Vector3d rotation_body = Eigen::Vector3d::Zero();
-  Eigen::Vector3d translation_body = Eigen::Vector3d::Zero();
-
-  SE3 apply(const SE3& T_body_sensor) const {
-    return SE3(SO3::exp(rotation_body) * T_body_sensor.so3(),
-               T_body_sensor.translation() + translation_body);
-  }
-};
 
 /// Gathers the lines that a scanner sees where the ground should be (z = 0 of a body on wheels),
 /// one a scan, and says how the scanner must lean and stand for them to lie on it:

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include <lamina/frontend/observation.hpp>
-#include <lamina/frontend/segments/ground_lines.hpp>
+#include <lamina/frontend/segments/mounting_correction.hpp>
 
 namespace lamina {
 
