@@ -84,7 +84,10 @@ std::optional<Step> FrontEnd::process(const Measurement& measurement, io::Metric
   }
   if (const auto* scan = std::get_if<LaserScan>(&measurement)) return process_scan(*scan, metrics);
   if (const auto* depth = std::get_if<DepthFrame>(&measurement)) {
-    return process_depth(*depth, SensorKind::kDepth, metrics);
+    if (distortion_.empty()) return process_depth(*depth, SensorKind::kDepth, metrics);
+    DepthFrame frame = *depth;
+    distortion_.correct(frame);
+    return process_depth(frame, SensorKind::kDepth, metrics);
   }
   if (const auto* pair = std::get_if<StereoFrame>(&measurement)) {
     const DepthFrame frame = [&] {
@@ -271,7 +274,7 @@ Increment FrontEnd::move_by_depth(const DepthFrame& frame, const FloorResult& fl
   // Over longer gaps motion is not extrapolated: what an image leaves open, nothing tells then.
   const bool far = last_step_ && frame.stamp - *last_step_ > depth_odometry_.options().max_step;
   constexpr double kGuessedHeading = 0.5;  // rad: a map turned by that is another map
-  step.tracking_lost = !step.motion_known || (step.open_direction && far) ||
+  step.tracking_lost = !step.motion_known || motion.doubtful || (step.open_direction && far) ||
                        motion.heading_guessed > kGuessedHeading;
   if (last_step_) return {motion.T_prev_curr_body, motion.covariance};
   if (!floor.floor_camera) return {SE3(), still_covariance()};

@@ -7,6 +7,7 @@
 
 #include <lamina/apps/settings.hpp>
 #include <lamina/apps/wheel_track.hpp>
+#include <lamina/frontend/floor/depth_distortion.hpp>
 #include <lamina/frontend/floor/floor_frontend.hpp>
 #include <lamina/frontend/observation.hpp>
 #include <lamina/frontend/obstacles/obstacle_scanner.hpp>
@@ -49,6 +50,8 @@ class FrontEnd {
   /// nullopt for measurements that make no step of their own (odometry, accelerometer) or that
   /// could not be used (counted in skipped()). Stage times go to `metrics`.
   std::optional<Step> process(const Measurement& measurement, io::Metrics& metrics);
+  /// What is taken out of every depth image from now on.
+  void correct_depth(DepthDistortion distortion) { distortion_ = std::move(distortion); }
   /// True where the floor of the first image gave the first pose: the map's level is as good as
   /// that image's, and the refined floor knows better.
   bool levelled_by_image() const { return levelled_by_image_; }
@@ -62,11 +65,13 @@ class FrontEnd {
   template <class A>
   friend void fields(A& a, FrontEnd& v) {
     // All members by name: one more, and this no longer compiles until it is decided here.
-    auto& [planar, depth_seen, first_step, first_floor_map, levelled_by_image, wheels, met, floor,
-           obstacles, depth_odometry, segments, scan_odometry, max_tilt, sweep, T_start_body,
-           last_step, last_scan, T_start_scan_body, scan_step, scan_interval, skipped] = v;
-    static_cast<void>(planar);    // of the calibration
-    static_cast<void>(max_tilt);  // of the settings, as is the sweep
+    auto& [distortion, planar, depth_seen, first_step, first_floor_map, levelled_by_image, wheels,
+           met, floor, obstacles, depth_odometry, segments, scan_odometry, max_tilt, sweep,
+           T_start_body, last_step, last_scan, T_start_scan_body, scan_step, scan_interval,
+           skipped] = v;
+    static_cast<void>(distortion);  // of the recording, before it is mapped
+    static_cast<void>(planar);      // of the calibration
+    static_cast<void>(max_tilt);    // of the settings, as is the sweep
     static_cast<void>(sweep);
     static_cast<void>(obstacles);  // keeps buffers alone
     a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, met, depth_odometry,
@@ -101,6 +106,7 @@ class FrontEnd {
   bool meet(Timestamp stamp);
   std::optional<Increment> driven(const std::optional<Timestamp>& from, Timestamp to) const;
 
+  DepthDistortion distortion_;
   bool planar_;                           // the robot stands on a floor
   bool depth_seen_ = false;               // and something sees that floor
   std::optional<SE3> first_step_;         // T_map_body

@@ -12,6 +12,7 @@
 #include <lamina/apps/calibration.hpp>
 #include <lamina/apps/checkpoint.hpp>
 #include <lamina/apps/dead_reckoning.hpp>
+#include <lamina/apps/depth_calibration.hpp>
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/interrupt.hpp>
 #include <lamina/apps/live.hpp>
@@ -335,6 +336,12 @@ int run_map(const MapRequest& request) {
   if (request.live) {
     run.live = &page.emplace(*request.live, request.input);
     fmt::print(stderr, "live map: {}\n", page->url());
+  }
+  if (!request.online && !live && settings.calibrate_depth && sensors.depth_camera) {
+    const auto timer = output.metrics.time("depth_calibration");
+    front_end.correct_depth(calibrate_depth(*open_recording(request.input, options), settings.floor,
+                                            output.metrics,
+                                            [&] { return run.interrupt.interrupted(); }));
   }
   const Mapper mapper = request.online ? map_online(run) : map_offline(run);
   output.add_skipped(recording->skipped());

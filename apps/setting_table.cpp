@@ -105,6 +105,8 @@ std::vector<Setting> segment_rows() {
       LAMINA_ROW("loops.min_score", loops.min_score, "least mean likelihood of a match, 0 to 1"),
       LAMINA_ROW("loops.max_ambiguity", loops.max_ambiguity,
                  "second best place against the best; above, no loop is closed"),
+      LAMINA_ROW("depth.calibrate", calibrate_depth,
+                 "offline: planes tell the slow bend of depth images, which is taken out"),
       LAMINA_ROW("mountings.calibrate", calibrate_mountings,
                  "offline: ground, travel and shared walls correct how scanner and camera sit"),
       LAMINA_ROW("wheels.calibrate", calibrate_wheels,

@@ -55,11 +55,23 @@ class DatasetRecording final : public Recording {
     if (frames_ == 0 && expects_frames_) fail_nothing_usable();
     return std::nullopt;
   }
+  std::optional<DepthFrame> next_depth(std::int64_t skip) override {
+    while (position_ < items_.size()) {
+      const Item& item = items_[position_++];
+      if (item.stream != Stream::kDepth || skip-- > 0) continue;
+      auto result = read(item);
+      if (result) return std::get<DepthFrame>(*std::move(result));
+    }
+    return std::nullopt;
+  }
   const Calibration& calibration() const override { return calibration_; }
   std::map<std::string, std::int64_t> skipped() const override { return skips_.counts(); }
   std::vector<std::string> remarks() const override { return remarks_; }
   std::optional<std::int64_t> size_hint() const override {
     return static_cast<std::int64_t>(items_.size());
+  }
+  std::optional<std::int64_t> depth_hint() const override {
+    return static_cast<std::int64_t>(depth_.size());
   }
 
  private:

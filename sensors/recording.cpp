@@ -32,6 +32,14 @@ bool holds_clouds(const std::filesystem::path& folder) {
 #endif
 }  // namespace
 
+std::optional<DepthFrame> Recording::next_depth(std::int64_t skip) {
+  while (auto measurement = next()) {
+    auto* frame = std::get_if<DepthFrame>(&*measurement);
+    if (frame && skip-- <= 0) return std::move(*frame);
+  }
+  return std::nullopt;
+}
+
 #if !LAMINA_HAVE_MRPT
 std::unique_ptr<Recording> open_rawlog(const std::filesystem::path& file, const RecordingOptions&) {
   fail_without(file.string(), "libmrpt-obs-dev");

@@ -27,6 +27,9 @@ class Recording {
   virtual ~Recording() = default;
   /// The next measurement; nullopt at the end. Damaged items are skipped and counted.
   virtual std::optional<Measurement> next() = 0;
+  /// The next depth image after passing over `skip` of them, and over all else; nullopt at the end.
+  /// For a first look: sources that can do not decode what they pass over.
+  virtual std::optional<DepthFrame> next_depth(std::int64_t skip);
   virtual const Calibration& calibration() const = 0;
   /// What was left out so far, by reason, e.g. {"missing file", 3}.
   virtual std::map<std::string, std::int64_t> skipped() const = 0;
@@ -34,6 +37,8 @@ class Recording {
   virtual std::vector<std::string> remarks() const { return {}; }
   /// How many measurements there will be, where the source can tell (for progress).
   virtual std::optional<std::int64_t> size_hint() const { return std::nullopt; }
+  /// Likewise, how many depth images.
+  virtual std::optional<std::int64_t> depth_hint() const { return std::nullopt; }
 };
 
 /// Opens what `input` names: a dataset folder, .oni, .log/.clf, .rawlog, .bag, .pcd, a folder of

@@ -8,6 +8,14 @@
 namespace lamina {
 namespace {
 
+using Vector6f = Eigen::Matrix<float, 6, 1>;
+
+Vector6d angles_to_metres(double lever) {
+  Vector6d unit;
+  unit << 1, 1, 1, 1 / lever, 1 / lever, 1 / lever;
+  return unit;
+}
+
 /// Robust weight of a block at T_key_current = (R, t): 1 where it fits exactly, 0 where not at all,
 /// nothing where the key frame has no block to compare it with.
 std::optional<float> agreement(const DepthBlocks& key, const DepthBlock& c,
@@ -29,14 +37,19 @@ std::optional<float> agreement(const DepthBlocks& key, const DepthBlock& c,
 }  // namespace
 
 void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T_key_current,
-                int stride, const BlockGate& gate, BlockSums& sums) {
+                int stride, const BlockGate& gate, const std::vector<HardDirection>& hard,
+                BlockSums& sums) {
+  constexpr int kTiltStride = 4;  // of the blocks used: noise of normals is alike in neighbours
   const Eigen::Matrix3f R = T_key_current.so3().matrix().cast<float>();
   const Eigen::Vector3f t = T_key_current.translation().cast<float>();
+  std::vector<std::pair<Vector6f, Vector6f>> weak;
+  for (const HardDirection& h : hard) {
+    weak.emplace_back(h.tangent.cast<float>(), h.covector.cast<float>());
+  }
   for (int v = 0; v < current.height; v += stride) {
     // Sums of a row in float, of rows in double: fast, and safe.
-    Eigen::Matrix<float, 6, 6> H = Eigen::Matrix<float, 6, 6>::Zero();
+    Eigen::Matrix<float, 6, 6> H = Eigen::Matrix<float, 6, 6>::Zero(), spurious = H;
     Eigen::Matrix<float, 6, 1> b = Eigen::Matrix<float, 6, 1>::Zero();
-    float spurious = 0;
     for (int u = 0; u < current.width; u += stride) {
       const DepthBlock& c = current.at(u, v);
       if (!c.oriented()) continue;
@@ -58,17 +71,37 @@ void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T
       Eigen::Matrix<float, 6, 1> J;
       const Eigen::Vector3f m = c.point.cross(n);
       J << n.x(), n.y(), n.z(), m.x(), m.y(), m.z();
+      for (const auto& [tangent, covector] : weak) {
+        const float along = tangent.dot(J);
+        if (std::abs(along) < gate.facing) J -= along * covector;
+      }
       H.noalias() += (w * J) * J.transpose();
       b -= (w * e) * J;
       sums.agreement += static_cast<double>(1 / (root * root));
       sums.squares += static_cast<double>(e * e);
-      spurious += w * k.tilt * k.tilt;
-      ++sums.used;
+      if (sums.used++ % kTiltStride != 0) continue;
+      for (const Eigen::Vector3f& axis : tilt_axes(k)) {
+        const Eigen::Vector3f dn = R.transpose() * axis, dm = c.point.cross(dn);
+        J << dn.x(), dn.y(), dn.z(), dm.x(), dm.y(), dm.z();
+        spurious.noalias() += (w * kTiltStride * k.tilt * k.tilt * J) * J.transpose();
+      }
     }
     sums.H += H.cast<double>();
     sums.b += b.cast<double>();
-    sums.spurious += static_cast<double>(spurious);
+    sums.spurious += spurious.cast<double>();
   }
+}
+
+std::vector<HardDirection> hard_directions(const Matrix6d& H, double lever, double share) {
+  const Vector6d unit = angles_to_metres(lever);
+  const Matrix6d scaled = unit.asDiagonal() * H * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled);
+  std::vector<HardDirection> hard;
+  for (int i = 0; i < 6 && eigen.eigenvalues()(i) < share * eigen.eigenvalues()(5); ++i) {
+    const Vector6d v = eigen.eigenvectors().col(i);
+    hard.push_back({unit.asDiagonal() * v, unit.cwiseInverse().asDiagonal() * v});
+  }
+  return hard;
 }
 
 double gained_agreement(const DepthBlocks& key, const DepthBlocks& current, const SE3& from,
@@ -93,28 +126,26 @@ double gained_agreement(const DepthBlocks& key, const DepthBlocks& current, cons
   return common > 0 ? sum / common : 0;
 }
 
-std::vector<Vector6d> without_weak_directions(Matrix6d& H, Vector6d& b, double lever,
-                                              double limit) {
-  Vector6d unit;
-  unit << 1, 1, 1, 1 / lever, 1 / lever, 1 / lever;
-  const Matrix6d scaled = unit.asDiagonal() * H * unit.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(scaled);
-  Matrix6d kept = Matrix6d::Zero(), held = Matrix6d::Zero();
+std::vector<Vector6d> without_weak_directions(Matrix6d& H, Vector6d& b, const Matrix6d& doubtful,
+                                              double lever, double limit) {
+  const Vector6d unit = angles_to_metres(lever);
+  const Matrix6d sure = unit.asDiagonal() * (H - doubtful) * unit.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(sure);
+  Matrix6d held = Matrix6d::Zero();
   std::vector<Vector6d> missing;
   for (int i = 0; i < 6; ++i) {
-    if (!(eigen.eigenvalues()(i) >= limit)) {
-      missing.push_back(unit.asDiagonal() * eigen.eigenvectors().col(i));
-      continue;
+    const Vector6d direction = eigen.eigenvectors().col(i);
+    if (eigen.eigenvalues()(i) >= limit) {
+      held += direction * direction.transpose();
+    } else {
+      missing.push_back(unit.asDiagonal() * direction);
     }
-    const Matrix6d direction =
-        eigen.eigenvectors().col(i) * eigen.eigenvectors().col(i).transpose();
-    held += direction;
-    kept += eigen.eigenvalues()(i) * direction;
   }
   if (!missing.empty()) {
-    const Vector6d back = unit.cwiseInverse();
-    H = back.asDiagonal() * kept * back.asDiagonal();
-    b = back.asDiagonal() * held * unit.asDiagonal() * b;
+    // Tangents without their part in the missing directions.
+    const Matrix6d keep = unit.cwiseInverse().asDiagonal() * held * unit.asDiagonal();
+    H = keep * H * keep.transpose();
+    b = keep * b;
   }
   return missing;
 }

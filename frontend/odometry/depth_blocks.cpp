@@ -113,13 +113,14 @@ DepthBlocks depth_blocks(const DepthFrame& frame, const DepthBlockOptions& optio
       // The fitted disparity is better than the block's own.
       const double d = static_cast<double>(d0) + fit.z();
       const double a = fit.x() * result.fx, c = fit.y() * result.fy;
-      const Eigen::Vector3d normal = -Eigen::Vector3d(a, c, d - a * x - c * y).normalized();
+      const Eigen::Vector3d slopes(a, c, d - a * x - c * y);
+      const Eigen::Vector3d normal = -slopes.normalized();
       const double zf = noise.focal_baseline / d;
       b.point = Eigen::Vector3d(x * zf, y * zf, zf).cast<float>();
       b.normal = normal.cast<float>();
       b.sigma =
           static_cast<float>(zf * sigma_d / d * std::abs(normal.dot(Eigen::Vector3d(x, y, 1))));
-      b.tilt = static_cast<float>(result.fx * rms / (std::sqrt(suu) * d));
+      b.tilt = static_cast<float>(result.fx * rms / (std::sqrt(suu) * slopes.norm()));
       if (!(normal.z() < 0)) b.normal.setZero();
     }
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include <lamina/sensors/depth_frame.hpp>
@@ -15,7 +16,7 @@ struct DepthBlockOptions {
   int reach = 2;           ///< blocks to each side over which a normal is fitted
   double edge_sigmas = 6;  ///< a block whose disparities spread more holds an edge and is left out
   double flat_sigmas = 3;  ///< rms of the normal's fit (in sigmas of a block) that is still a plane
-  double max_depth = 8;    ///< m
+  double max_depth = 12;   ///< m
 };
 
 /// A block's mean point and the plane through it and its neighbours. Camera frame, m.
@@ -23,7 +24,7 @@ struct DepthBlock {
   Eigen::Vector3f point = Eigen::Vector3f::Zero();
   Eigen::Vector3f normal = Eigen::Vector3f::Zero();  ///< unit, towards the camera; zero: none
   float sigma = 0;  ///< m, 1-sigma of the point along its normal; 0: no point
-  float tilt = 0;   ///< rad, 1-sigma of the normal
+  float tilt = 0;   ///< 1-sigma of the normal: it errs by tilt_axes() times two such numbers
   bool valid() const { return sigma > 0; }
   bool oriented() const { return normal.z() < 0; }
 };
@@ -50,6 +51,17 @@ inline const DepthBlock* block_under(const DepthBlocks& blocks, const Eigen::Vec
   const bool inside = u >= 0 && v >= 0 && u < static_cast<float>(blocks.width) &&
                       v < static_cast<float>(blocks.height);
   return inside ? &blocks.at(static_cast<int>(u), static_cast<int>(v)) : nullptr;
+}
+
+/// How a block's normal n turns with the slopes a and b of its disparity, in the units of tilt:
+/// n = -(a, b, d - a x - b y) / |...|, and |...| = f b / rho for a plane rho from the camera, so
+/// dn = -tilt (1 - n n^T) ((1, 0, -x), (0, 1, -y)), (x, y) its place in the normalised image. Walls
+/// along the view hardly turn about the axis across it.
+inline std::array<Eigen::Vector3f, 2> tilt_axes(const DepthBlock& block) {
+  const Eigen::Vector3f& n = block.normal;
+  const float x = block.point.x() / block.point.z(), y = block.point.y() / block.point.z();
+  const Eigen::Vector3f a(1, 0, -x), b(0, 1, -y);
+  return {a - n * n.dot(a), b - n * n.dot(b)};
 }
 
 template <class A>

@@ -49,7 +49,8 @@ std::vector<const DepthOdometry::KeyFrame*> DepthOdometry::references(
     if (&key == &keys_.back()) break;
     BlockSums sums;
     accumulate(key.blocks, current, key.T_world_camera.inverse() * T_world_camera, 6,
-               {static_cast<float>(options_.fine_gate), 4, beside, 0.8F, surface_variance()}, sums);
+               {static_cast<float>(options_.fine_gate), 4, beside, 0.8F, surface_variance()}, {},
+               sums);
     if (sums.tried > 0 && sums.used > options_.old_overlap * sums.tried) {
       result.push_back(&key);
       break;
@@ -65,6 +66,7 @@ void DepthOdometry::align(const DepthBlocks& current, const SE3& predicted, cons
   if (keys.empty()) return;
   const int iterations = coarse_iterations + fine_iterations;
   bool fine = false;
+  std::vector<HardDirection> hard;
   for (int i = 0, left = coarse_iterations; i < iterations; ++i, --left) {
     if (!fine && left <= 0) {
       fine = true;
@@ -78,16 +80,19 @@ void DepthOdometry::align(const DepthBlocks& current, const SE3& predicted, cons
     BlockSums s;
     for (const KeyFrame* key : keys) {
       accumulate(key->blocks, current, key->T_world_camera.inverse() * a.T_world_camera,
-                 fine ? 1 : options_.coarse_stride, gate, s);
+                 fine ? 1 : options_.coarse_stride, gate, hard, s);
     }
     const double skipped = fine ? 1.0 : options_.coarse_stride * options_.coarse_stride;
     const double per_fact =
         std::max(1.0, options_.samples_per_fact / skipped) * static_cast<double>(keys.size());
     a.information = s.H / per_fact;
+    // Once for coarse, once for fine steps: blocks that go in and out would keep it from resting.
+    if (i == 0 || (fine && left == fine_iterations))
+      hard = hard_directions(s.H, keys.front()->median_depth, options_.hard_share);
     Vector6d b = s.b / per_fact;
-    a.open = without_weak_directions(
-        a.information, b, keys.front()->median_depth,
-        std::max(options_.min_information, options_.normal_noise_factor * s.spurious / per_fact));
+    a.open = without_weak_directions(a.information, b,
+                                     options_.normal_noise_factor / per_fact * s.spurious,
+                                     keys.front()->median_depth, options_.min_information);
     a.unknown = static_cast<int>(a.open.size());
     a.matched = s.tried > 0 ? static_cast<double>(s.used) / s.tried : 0;
     a.rms = s.used > 0 ? std::sqrt(s.squares / s.used) : 0;
@@ -108,9 +113,10 @@ void DepthOdometry::align(const DepthBlocks& current, const SE3& predicted, cons
 double DepthOdometry::fit(const DepthBlocks& current, const SE3& T_world_camera) const {
   const KeyFrame& key = keys_.back();
   BlockSums sums;
-  accumulate(
-      key.blocks, current, key.T_world_camera.inverse() * T_world_camera, options_.coarse_stride,
-      {0, 4, 0.0625F, static_cast<float>(options_.min_normal_cosine), surface_variance()}, sums);
+  accumulate(key.blocks, current, key.T_world_camera.inverse() * T_world_camera,
+             options_.coarse_stride,
+             {0, 4, 0.0625F, static_cast<float>(options_.min_normal_cosine), surface_variance()},
+             {}, sums);
   return sums.tried > 0 ? sums.agreement / sums.tried : 0;
 }
 
@@ -233,10 +239,13 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   motion.moving = drop_what_moved(current, a.T_world_camera);
   // With what is left, other starts and places along open directions are not believed again: a
   // person who walked by made a map 0.17 m off of it, and nothing said so.
-  if (motion.moving > 0) a = aligned_as_expected(current, expected);
-  const bool doubtful =
+  if (motion.moving > 0) {
+    a = aligned_as_expected(current, expected);
+    last_moving_ = frame.stamp;
+  }
+  const bool unlike =
       !guess && usual_.gap_before(frame.stamp) && (a.unknown > 0 || usual_.worse(a.matched));
-  const bool lost = doubtful || a.matched < options_.lost_matched || a.unknown == 6;
+  const bool lost = unlike || a.matched < options_.lost_matched || a.unknown == 6;
   const bool frozen = usual_.repeated(frame.raw);
   if (lost) {
     usual_.began(frame.stamp);
@@ -251,9 +260,11 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   motion.rms = a.rms;
   const SE3 step = lost ? expected.T_prev_curr : T_world_camera_.inverse() * a.T_world_camera;
   motion.T_prev_curr_body = T_body_camera * step * T_body_camera.inverse();
+  motion.doubtful = !lost && doubts(expected, step, frame.stamp);
+  Matrix6d covariance = lost ? expected.covariance : covariance_of(a, expected, step);
+  if (motion.doubtful) covariance += expected.covariance;
   const Matrix6d Ad = T_body_camera.adjoint();
-  motion.covariance =
-      Ad * (lost ? expected.covariance : covariance_of(a, expected, step)) * Ad.transpose();
+  motion.covariance = Ad * covariance * Ad.transpose();
   motion.covariance = 0.5 * (motion.covariance + motion.covariance.transpose()).eval();
   motion.heading_guessed =
       guessed_heading(motion, Ad.row(5) * expected.covariance * Ad.row(5).transpose());
@@ -272,6 +283,15 @@ Matrix6d DepthOdometry::covariance_of(const Alignment& a, const Expectation& exp
   covariance.diagonal().head<3>().array() += t * t;
   covariance.diagonal().tail<3>().array() += r * r;
   return covariance;
+}
+
+// A person close by who is all that holds a direction takes the camera along.
+bool DepthOdometry::doubts(const Expectation& expected, const SE3& T_prev_curr,
+                           Timestamp stamp) const {
+  if (!last_moving_ || stamp - *last_moving_ > options_.moved_memory) return false;
+  const Vector6d off = (expected.T_prev_curr.inverse() * T_prev_curr).log();
+  const double limit = options_.surprise_sigmas * options_.surprise_sigmas;
+  return off.dot(expected.information * off) > limit;
 }
 
 double DepthOdometry::guessed_heading(const DepthMotion& motion, double expected_variance) {

@@ -45,7 +45,12 @@ struct DepthOdometryOptions {
   /// An image tells the heading if it leaves less than this share of the variance that was
   /// expected.
   double heading_held = 0.1;
+  /// Of the best direction's information: with less, surfaces along a direction are not asked.
+  double hard_share = 0.05;
   double min_information = 400;  ///< 1/m^2: a direction known worse than 5 cm is called unknown
+  /// Within this time of something that moved, a motion more than so many sigmas off the expected
+  /// one may be that of what moved.
+  double moved_memory = 1, surprise_sigmas = 2;  ///< s
   /// What a match is off at best, per frame: m, rad, and per m or rad of motion.
   double sigma_translation = 0.0007, sigma_rotation = 0.0004, sigma_motion = 0.01;
 };
@@ -58,6 +63,7 @@ struct DepthMotion {
   double matched = 0;          ///< fraction of oriented blocks that fit the key frame
   double rms = 0;              ///< m, of those
   double moving = 0;           ///< fraction of oriented blocks that cannot have stood still
+  bool doubtful = false;       ///< may be the motion of what moved; the covariance allows for it
   /// rad: turn that was assumed, and its 1-sigma, since an image last told the heading. 0 where
   /// this one does.
   double heading_guessed = 0;
@@ -80,7 +86,7 @@ class DepthOdometry {
   template <class A>
   friend void fields(A& a, DepthOdometry& v) {
     a(v.keys_, v.T_world_camera_, v.velocity_, v.last_stamp_, v.usual_, v.turn_guessed_,
-      v.turn_variance_);
+      v.turn_variance_, v.last_moving_);
   }
 
  private:
@@ -128,6 +134,8 @@ class DepthOdometry {
   /// Takes what cannot have stood still out of the image and the latest key frame: no part of it
   /// may say how the camera moved. Returns its share of both.
   double drop_what_moved(DepthBlocks& current, const SE3& T_world_camera);
+  /// Something moved of late, and the step comes as a surprise.
+  bool doubts(const Expectation& expected, const SE3& T_prev_curr, Timestamp stamp) const;
   /// Sums up what DepthMotion::heading_guessed says.
   double guessed_heading(const DepthMotion& motion, double expected_variance);
   void keep_key_frame(DepthBlocks blocks, bool lost, DepthMotion& motion);
@@ -138,6 +146,7 @@ class DepthOdometry {
   Vector6d velocity_ = Vector6d::Zero();  ///< camera tangent per second
   std::optional<Timestamp> last_stamp_;
   UsualFit usual_;
+  std::optional<Timestamp> last_moving_;         ///< when something was last seen to move
   double turn_guessed_ = 0, turn_variance_ = 0;  ///< rad, rad^2, since the heading was told
 };
 

@@ -24,6 +24,7 @@ Planes corridor() { return {{{0, 0, 1}, 0}, {{0, 1, 0}, -1}, {{0, -1, 0}, -1}}; 
 
 struct Camera {
   double sigma_scale = 0.3;  ///< a coarse camera averages what a fine one would see
+  double bend = 0;           ///< px of disparity at the sides of the image, as the square of u
   std::mt19937 rng{11};
 
   DepthFrame see(const Planes& planes, const SE3& T_world_body, double t) {
@@ -51,6 +52,8 @@ struct Camera {
           if (d > 0.1 && d < z) z = d;
         }
         z += f.camera.noise.sigma_depth(z) * noise(rng);
+        const double x = u / c.cx - 1;
+        z = f.camera.noise.disparity(1) / (f.camera.noise.disparity(z) + bend * x * x);
         if (z < 9)
           f.raw[static_cast<std::size_t>(v * c.width + u)] =
               static_cast<std::uint16_t>(z * 5000 + 0.5);
@@ -140,6 +143,66 @@ TEST(DepthOdometry, CorridorLeavesOneDirectionToTheGuess) {
   }
   EXPECT_NEAR(T.translation().x(), 0.7, 0.05);
   EXPECT_NEAR(T.translation().y(), 0.14, 0.02);
+}
+
+// Bare walls along the way, its end eight metres ahead, and an image that bends by half a pixel:
+// the bent walls, alike in every image, must not say that the camera stands still.
+TEST(DepthOdometry, TheEndOfACorridorTellsTheWay) {
+  Camera camera;
+  camera.bend = 0.5;
+  Planes closed = corridor();
+  closed.push_back({{-1, 0, 0}, -8});
+  DepthOdometry odometry;
+  SE3 T;
+  for (int i = 0; i < 24; ++i) {
+    const SE3 truth(SO3::rot_y(0.1), {0.06 * i, 0, 0});
+    const DepthMotion m = odometry.process(camera.see(closed, truth, i / 30.0));
+    T = T * m.T_prev_curr_body;
+    EXPECT_NE(m.status, ScanMotion::Status::kPredicted);
+  }
+  // From standing still; the way along the body's x, which looks down a little.
+  EXPECT_NEAR(T.translation().x(), 0.06 * 23 * std::cos(0.1), 0.15);
+  EXPECT_NEAR(T.translation().y(), 0, 0.05);
+}
+
+// The noise of normals of walls along the view does not point along it.
+TEST(DepthBlocks, WallsAlongTheViewHardlyTurnAcrossIt) {
+  Camera camera;
+  const DepthFrame frame = camera.see({{{0, 1, 0}, -1}}, SE3(), 0);
+  int seen = 0;
+  for (const DepthBlock& b : depth_blocks(frame).blocks) {
+    if (!b.oriented() || b.point.z() < 3) continue;
+    ++seen;
+    // The wall is x = const of the camera; its normal turns about the vertical, towards z.
+    const auto [by_a, by_b] = tilt_axes(b);
+    EXPECT_LT(std::abs(by_a.z()), 0.5F);
+    EXPECT_LT(std::abs(by_b.z()), 0.45F);  // the place of the block: 60 of 140 px
+    EXPECT_LT(b.tilt, 0.05F);
+    EXPECT_NEAR(by_a.dot(b.normal), 0, 1e-4);
+    EXPECT_NEAR(by_b.dot(b.normal), 0, 1e-4);
+  }
+  EXPECT_GT(seen, 100);
+}
+
+TEST(HardDirections, AreThoseThatFewBlocksHold) {
+  Matrix6d H = Matrix6d::Zero();
+  H.diagonal() << 1000, 10, 1000, 4000, 4000, 4000;  // at a lever of 2 m all turns are 1000
+  const auto hard = hard_directions(H, 2, 0.05);
+  ASSERT_EQ(hard.size(), 1U);
+  EXPECT_NEAR(std::abs(hard[0].tangent(1)), 1, 1e-9);
+  EXPECT_NEAR(hard[0].tangent.dot(hard[0].covector), 1, 1e-9);
+  EXPECT_TRUE(hard_directions(Matrix6d::Identity(), 1, 0.05).empty());
+  // Taken out where what is left of it is below the limit.
+  Vector6d b = Vector6d::Ones();
+  Matrix6d doubtful = Matrix6d::Zero();
+  doubtful(2, 2) = 995;
+  const auto missing = without_weak_directions(H, b, doubtful, 2, 8);
+  ASSERT_EQ(missing.size(), 1U);
+  EXPECT_NEAR(std::abs(missing[0](2)), 1, 1e-9);
+  EXPECT_NEAR(H(2, 2), 0, 1e-9);
+  EXPECT_NEAR(H(1, 1), 10, 1e-9);
+  EXPECT_NEAR(b(2), 0, 1e-9);
+  EXPECT_NEAR(b(3), 1, 1e-9);
 }
 
 TEST(DepthOdometry, OnePlaneLeavesThree) {

@@ -1,0 +1,42 @@
+// The slow bend of a depth camera's image, and its removal.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include <lamina/sensors/depth_frame.hpp>
+
+namespace lamina {
+
+/// Error of the disparity over the image, the same in every frame [Herrera2012]:
+///   d measured - d true = sum c_ij P_i(x) P_j(y), 2 <= i + j <= degree,
+/// P Legendre polynomials, x and y from -1 to 1 over the image. Constant and slopes are left out:
+/// they turn and move planes, and no plane alone tells them.
+class DepthDistortion {
+ public:
+  static constexpr int kMaxDegree = 6;
+  /// Coefficients up to a degree: 3, 12, 25 for 2, 4, 6.
+  static constexpr int terms(int degree) { return (degree + 1) * (degree + 2) / 2 - 3; }
+  /// The products P_i(x) P_j(y) by degree, the first `terms(degree)` in all of them.
+  static Eigen::VectorXd basis(double x, double y, int degree);
+
+  DepthDistortion() = default;
+  /// `coefficients` in px of disparity; their number says the degree. Throws lamina::Error for
+  /// other numbers or an empty image.
+  DepthDistortion(int width, int height, const Eigen::VectorXd& coefficients);
+
+  /// Takes the error out of the measurements of a frame of that size; others stay as they are, as
+  /// do frames without a noise model. Pixels without measurement, and saturated ones, too.
+  void correct(DepthFrame& frame) const;
+  bool empty() const { return field_.empty(); }
+  /// px of disparity, row-major.
+  const std::vector<float>& field() const { return field_; }
+  double rms() const;      ///< px, over the image
+  double largest() const;  ///< px, of either sign
+
+ private:
+  int width_ = 0, height_ = 0;
+  std::vector<float> field_;
+};
+
+}  // namespace lamina

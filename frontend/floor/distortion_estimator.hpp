@@ -1,0 +1,53 @@
+// What planes tell of the bend of a depth camera's image.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+
+#include <lamina/frontend/floor/blocks.hpp>
+#include <lamina/frontend/floor/depth_distortion.hpp>
+#include <lamina/frontend/floor/floor_result.hpp>
+
+namespace lamina {
+
+/// Gathers, over frames taken from different places, what is left when each plane seen is fitted to
+/// its pixels: a bend of the sensor stays where it is in the image, whatever the plane. Least
+/// squares over all planes, each one's own plane eliminated. As unsupervised calibration by maps
+/// [Teichman2013], without the map. Frames go in turns of kTurn to two halves; what is learned from
+/// one half must hold for the other.
+class DistortionEstimator {
+ public:
+  static constexpr int kTurn = 6;    ///< frames in a row that go to the same half
+  static constexpr int kLeast = 24;  ///< frames without which nothing is told
+
+  /// One frame, its disparities as measured, what the floor front-end found in it. Frames of
+  /// another size than the first are left out.
+  void add(const FloorResult& floor, const DisparityImage& disparities);
+  int frames() const { return frames_; }
+  /// The bend, of the largest degree that foretells the other half markedly better than the degree
+  /// below; nullopt where none does.
+  std::optional<DepthDistortion> estimate() const;
+
+ private:
+  static constexpr int kTerms = DepthDistortion::terms(DepthDistortion::kMaxDegree);
+  using Matrix = Eigen::Matrix<double, kTerms, kTerms>;
+  using Vector = Eigen::Matrix<double, kTerms, 1>;
+  /// Normal equations of the coefficients.
+  struct Half {
+    Matrix A = Matrix::Zero();
+    Vector b = Vector::Zero();
+    double square = 0;   ///< px^2, sum of squared residuals without any bend
+    double samples = 0;  ///< block means, less the unknowns of their planes
+    Half& operator+=(const Half& o);
+    Eigen::VectorXd solve(int terms) const;
+    /// Mean square that coefficients leave (px^2).
+    double left_by(const Eigen::VectorXd& coefficients) const;
+  };
+  void add_plane(const std::vector<Eigen::Vector3d>& means, Half& half) const;
+
+  int width_ = 0, height_ = 0, frames_ = 0;
+  std::array<Half, 2> halves_;
+};
+
+}  // namespace lamina

@@ -1,0 +1,86 @@
+// A first look over a recording for the bend of its depth images.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <lamina/apps/depth_calibration.hpp>
+#include <lamina/models/error.hpp>
+
+#include "../frontend/floor/depth_scene.hpp"
+
+namespace lamina::apps {
+namespace {
+
+// Frames of a floor and a wall that comes nearer, bent by `bend` px at the sides of the image.
+class BentRecording final : public Recording {
+ public:
+  BentRecording(int frames, double bend) : frames_(frames), bend_(bend) {
+    camera_ = testing::test_camera(0.3);
+    CameraModel& c = camera_.camera;
+    c.width = 160;
+    c.height = 120;
+    c.fx = c.fy = 131;
+    c.cx = 79.5;
+    c.cy = 59.5;
+    camera_.noise = DepthNoise::kinect(525);
+  }
+  std::optional<Measurement> next() override {
+    if (given_ == frames_) return std::nullopt;
+    if (breaks_at && given_ == *breaks_at) throw Error("the file ends here");
+    const double t = given_++;
+    const double heading = 0.4 * std::sin(t), far = 3 - 0.02 * t;
+    const std::vector<testing::Piece> pieces{
+        {Plane({0, 0, 1}, 0)}, {Plane({-std::cos(heading), -std::sin(heading), 0}, -far)}};
+    DepthFrame frame = testing::draw(pieces, camera_, 0.02, static_cast<std::uint64_t>(given_));
+    frame.stamp = Timestamp::from_seconds(0.1 * t);
+    for (std::size_t i = 0; i < frame.raw.size(); ++i) {
+      if (frame.raw[i] == 0) continue;
+      const double x = static_cast<double>(i % 160) / 79.5 - 1;
+      const double d = camera_.noise.disparity(frame.raw[i] / camera_.depth_scale) + bend_ * x * x;
+      frame.raw[i] =
+          static_cast<std::uint16_t>(camera_.noise.focal_baseline / d * camera_.depth_scale + 0.5);
+    }
+    return frame;
+  }
+  const Calibration& calibration() const override { return calibration_; }
+  std::map<std::string, std::int64_t> skipped() const override { return {}; }
+
+  std::optional<int> breaks_at;
+
+ private:
+  int frames_, given_ = 0;
+  double bend_;
+  DepthCamera camera_;
+  Calibration calibration_;
+};
+
+TEST(DepthCalibration, TakesTheBendOut) {
+  BentRecording recording(300, 0.3);
+  io::Metrics metrics;
+  const DepthDistortion found = calibrate_depth(recording, {}, metrics, [] { return false; });
+  ASSERT_FALSE(found.empty());
+  // Between the middle of a row and its ends, and half way: constants and slopes are not told.
+  const auto at = [&](std::size_t u) { return static_cast<double>(found.field()[60 * 160 + u]); };
+  EXPECT_NEAR(0.5 * (at(0) + at(159)) - at(80), 0.3, 0.05);
+  EXPECT_NEAR(0.5 * (at(40) + at(119)) - at(80), 0.075, 0.03);
+  EXPECT_NEAR(metrics.counts["depth_bend_rms_px"], found.rms(), 1e-12);
+}
+
+TEST(DepthCalibration, LeavesStraightImagesAlone) {
+  BentRecording recording(300, 0);
+  io::Metrics metrics;
+  EXPECT_TRUE(calibrate_depth(recording, {}, metrics, [] { return false; }).empty());
+  EXPECT_EQ(metrics.counts.count("depth_bend_rms_px"), 0U);
+}
+
+TEST(DepthCalibration, EndsWithTheUserOrTheFile) {
+  io::Metrics metrics;
+  BentRecording ended(300, 0.3);
+  EXPECT_TRUE(calibrate_depth(ended, {}, metrics, [] { return true; }).empty());
+  BentRecording broken(300, 0.3);
+  broken.breaks_at = 50;
+  EXPECT_TRUE(calibrate_depth(broken, {}, metrics, [] { return false; }).empty());
+}
+
+}  // namespace
+}  // namespace lamina::apps
