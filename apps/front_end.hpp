@@ -52,6 +52,7 @@ class FrontEnd {
   std::optional<Step> process(const Measurement& measurement, io::Metrics& metrics);
   /// What is taken out of every depth image from now on.
   void correct_depth(DepthDistortion distortion) { distortion_ = std::move(distortion); }
+  const DepthDistortion& depth_distortion() const { return distortion_; }
   /// True where the floor of the first image gave the first pose: the map's level is as good as
   /// that image's, and the refined floor knows better.
   bool levelled_by_image() const { return levelled_by_image_; }

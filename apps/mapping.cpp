@@ -14,6 +14,7 @@
 #include <lamina/apps/dead_reckoning.hpp>
 #include <lamina/apps/depth_calibration.hpp>
 #include <lamina/apps/front_end.hpp>
+#include <lamina/apps/image_motion.hpp>
 #include <lamina/apps/interrupt.hpp>
 #include <lamina/apps/live.hpp>
 #include <lamina/apps/loop_book.hpp>
@@ -21,6 +22,7 @@
 #include <lamina/apps/preset.hpp>
 #include <lamina/apps/progress.hpp>
 #include <lamina/apps/reader.hpp>
+#include <lamina/apps/wheel_calibration.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/online_upkeep.hpp>
 #include <lamina/backend/refiner.hpp>
@@ -81,6 +83,8 @@ struct Run {
   Checkpoint* checkpoint;  // null: live, nothing to go on from
   bool resume = false, quiet = false, online = false;
   LivePage* live = nullptr;  // null: nobody looks on
+  /// The recording from its beginning; empty: live.
+  std::function<std::unique_ptr<Recording>()> open_again{};
   LoopCloser closer{loop_options(settings, online)};
   InterruptGuard interrupt{};  // Ctrl-C from here on: end early, write all
 };
@@ -179,6 +183,12 @@ Mapper map_offline(Run& run) {
   const auto ended = [&] { return run.interrupt.interrupted() && !ended_before; };
   if (settings.calibrate_wheels && run.front_end.met_wheels())
     correct_wheels(steps, options, output.metrics, ended);
+  if (run.open_again && settings.images_beside_wheels && run.front_end.met_wheels() &&
+      wheels_and_images_alone(steps)) {
+    const auto timer = output.metrics.time("images_beside_wheels");
+    output.metrics.counts["motions_by_images"] =
+        refine_motions_by_images(*run.open_again(), run.front_end.depth_distortion(), steps, ended);
+  }
   Mapper mapper(options);
   LoopBook book;
   Progress progress(static_cast<std::int64_t>(steps.size()), run.quiet);
@@ -337,10 +347,10 @@ int run_map(const MapRequest& request) {
     run.live = &page.emplace(*request.live, request.input);
     fmt::print(stderr, "live map: {}\n", page->url());
   }
+  if (!live) run.open_again = [&] { return open_recording(request.input, options); };
   if (!request.online && !live && settings.calibrate_depth && sensors.depth_camera) {
     const auto timer = output.metrics.time("depth_calibration");
-    front_end.correct_depth(calibrate_depth(*open_recording(request.input, options), settings.floor,
-                                            output.metrics,
+    front_end.correct_depth(calibrate_depth(*run.open_again(), settings.floor, output.metrics,
                                             [&] { return run.interrupt.interrupted(); }));
   }
   const Mapper mapper = request.online ? map_online(run) : map_offline(run);

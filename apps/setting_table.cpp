@@ -111,6 +111,8 @@ std::vector<Setting> segment_rows() {
                  "offline: ground, travel and shared walls correct how scanner and camera sit"),
       LAMINA_ROW("wheels.calibrate", calibrate_wheels,
                  "images and wheels, offline: a first map tells scale and drift of the wheels"),
+      LAMINA_ROW("wheels.images", images_beside_wheels,
+                 "offline, without a scanner: depth images tell motions better than wheels"),
   };
 }
 

@@ -1,0 +1,130 @@
+// Motions of wheels, told better by the depth images between them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <lamina/apps/image_motion.hpp>
+#include <lamina/models/error.hpp>
+
+#include "../frontend/floor/depth_scene.hpp"
+
+namespace lamina::apps {
+namespace {
+
+constexpr int kImages = 12;
+
+// Towards the corner of a room, turning a little.
+SE3 pose(int i) { return SE3::planar(0.06 * i, 0.01 * i, 0.01 * i); }
+Timestamp stamp(int i) { return Timestamp::from_seconds(1000 + 0.1 * i); }
+
+class DriveRecording final : public Recording {
+ public:
+  std::optional<Measurement> next() override {
+    while (given_ < kImages && given_ == without) ++given_;
+    if (given_ == kImages) return std::nullopt;
+    if (given_ == breaks_at) throw Error("the file ends here");
+    DepthCamera camera = testing::test_camera(0.3);
+    CameraModel& c = camera.camera;
+    c.width = 160;
+    c.height = 120;
+    c.fx = c.fy = 131;
+    c.cx = 79.5;
+    c.cy = 59.5;
+    camera.noise = DepthNoise::kinect(525);
+    const SE3 T_body_world = pose(given_).inverse();
+    std::vector<testing::Piece> pieces;
+    for (const Plane& plane : {Plane({0, 0, 1}, 0), Plane({-1, 0, 0}, -3), Plane({0, -1, 0}, -1.5),
+                               Plane({-0.6, 0.8, 0}, -2.4)}) {
+      pieces.push_back({T_body_world * plane});
+    }
+    DepthFrame frame = testing::draw(pieces, camera, 0.02, static_cast<std::uint64_t>(given_ + 1));
+    frame.stamp = stamp(given_++);
+    return frame;
+  }
+  const Calibration& calibration() const override { return calibration_; }
+  std::map<std::string, std::int64_t> skipped() const override { return {}; }
+
+  int without = -1, breaks_at = -1;
+
+ private:
+  int given_ = 0;
+  Calibration calibration_;
+};
+
+// Wheels that say a tenth too much, and drift.
+std::vector<Step> steps_by_wheels() {
+  std::vector<Step> steps(kImages);
+  for (int i = 0; i < kImages; ++i) {
+    Step& step = steps[static_cast<std::size_t>(i)];
+    step.observations.stamp = stamp(i);
+    step.observations.T_body_sensor = testing::test_camera(0.3).camera.T_body_camera;
+    step.motion.covariance = 4e-5 * Matrix6d::Identity();
+    if (i == 0) continue;
+    const Vector6d moved = (pose(i - 1).inverse() * pose(i)).log();
+    step.motion.T_from_to = SE3::exp(1.1 * moved) * SE3::planar(0, 0, 0.004);
+  }
+  return steps;
+}
+
+double error(const std::vector<Step>& steps) {
+  SE3 T;
+  for (const Step& step : steps) T = T * step.motion.T_from_to;
+  return ((pose(0).inverse() * pose(kImages - 1)).inverse() * T).translation().norm();
+}
+
+const auto kOn = [] { return false; };
+
+TEST(ImageMotion, ImagesTellBetterThanWheels) {
+  std::vector<Step> steps = steps_by_wheels();
+  const double before = error(steps);
+  DriveRecording recording;
+  EXPECT_EQ(refine_motions_by_images(recording, {}, steps, kOn), kImages - 1);
+  EXPECT_GT(before, 0.06);
+  EXPECT_LT(error(steps), 0.3 * before);
+  for (std::size_t i = 1; i < steps.size(); ++i) {
+    EXPECT_LT(steps[i].motion.covariance(0, 0), 4e-5);
+    EXPECT_GT(steps[i].motion.covariance(0, 0), 0);
+  }
+}
+
+TEST(ImageMotion, WheelsStayWhereAnImageIsMissing) {
+  std::vector<Step> steps = steps_by_wheels();
+  const std::vector<Step> wheels = steps;
+  DriveRecording recording;
+  recording.without = 5;
+  // The way to the missing image and the way from it.
+  EXPECT_EQ(refine_motions_by_images(recording, {}, steps, kOn), kImages - 3);
+  for (const std::size_t i : {5U, 6U}) {
+    EXPECT_EQ(steps[i].motion.T_from_to.translation(), wheels[i].motion.T_from_to.translation());
+  }
+  EXPECT_NE(steps[7].motion.T_from_to.translation(), wheels[7].motion.T_from_to.translation());
+}
+
+TEST(ImageMotion, AnImageWithoutAStepIsPassedOver) {
+  std::vector<Step> steps = steps_by_wheels();
+  steps.erase(steps.begin() + 3);
+  DriveRecording recording;
+  const SE3 wheels = steps[3].motion.T_from_to;  // from the step before the one that is gone
+  EXPECT_GT(refine_motions_by_images(recording, {}, steps, kOn), 5);
+  EXPECT_NE(steps[4].motion.T_from_to.translation(), wheels.translation());
+}
+
+TEST(ImageMotion, EndsWithTheUserOrTheFile) {
+  std::vector<Step> steps = steps_by_wheels();
+  DriveRecording recording, broken;
+  EXPECT_EQ(refine_motions_by_images(recording, {}, steps, [] { return true; }), 0);
+  broken.breaks_at = 4;
+  EXPECT_EQ(refine_motions_by_images(broken, {}, steps, kOn), 3);
+}
+
+TEST(ImageMotion, WhatNothingMeasuredStays) {
+  std::vector<Step> steps = steps_by_wheels();
+  steps[6].motion_known = false;
+  const SE3 guessed = steps[6].motion.T_from_to;
+  DriveRecording recording;
+  EXPECT_EQ(refine_motions_by_images(recording, {}, steps, kOn), kImages - 2);
+  EXPECT_EQ(steps[6].motion.T_from_to.translation(), guessed.translation());
+}
+
+}  // namespace
+}  // namespace lamina::apps
