@@ -76,7 +76,7 @@ LoopCloserOptions loop_options(const Settings& settings, bool online) {
 
 // What a run goes through with.
 struct Run {
-  Recording& recording;
+  std::unique_ptr<Recording>& recording;
   FrontEnd& front_end;
   const Settings& settings;
   MapOutput& output;
@@ -100,8 +100,8 @@ void for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& 
   } else if (run.checkpoint) {
     run.checkpoint->begin();
   }
-  Reader reader(run.recording, kReadAhead);
-  Progress progress(run.recording.size_hint(), run.quiet);
+  Reader reader(*run.recording, kReadAhead);
+  Progress progress(run.recording->size_hint(), run.quiet);
   io::Metrics& metrics = run.output.metrics;
   while (const auto measurement = reader.next()) {
     if (++done <= skip) continue;
@@ -122,7 +122,7 @@ void for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& 
     if (is_step && run.online) metrics.stages["frame"].add(milliseconds_since(begin));
     metrics.memory.note(stamp_of(*measurement).seconds());
     progress.update(done, planes);
-    if (run.live) run.live->progress(done, run.recording.size_hint());
+    if (run.live) run.live->progress(done, run.recording->size_hint());
     if (run.interrupt.interrupted()) {
       spdlog::warn("interrupted: writing what is there");
       break;
@@ -181,9 +181,11 @@ Mapper map_offline(Run& run) {
   // Where reading was ended, what was read is mapped all the same.
   const bool ended_before = run.interrupt.interrupted();
   const auto ended = [&] { return run.interrupt.interrupted() && !ended_before; };
-  if (settings.calibrate_wheels && run.front_end.met_wheels())
-    correct_wheels(steps, options, output.metrics, ended);
-  if (run.open_again && settings.images_beside_wheels && run.front_end.met_wheels() &&
+  const bool wheels = run.front_end.met_wheels();
+  const bool corrected =
+      settings.calibrate_wheels && wheels && correct_wheels(steps, options, output.metrics, ended);
+  // Once the wheels' errors are out, images make such maps no better on the whole (odometry.md).
+  if (run.open_again && settings.images_beside_wheels && wheels && !corrected &&
       wheels_and_images_alone(steps)) {
     const auto timer = output.metrics.time("images_beside_wheels");
     output.metrics.counts["motions_by_images"] =
@@ -327,7 +329,7 @@ int run_map(const MapRequest& request) {
   for (const auto& [role, topic] : settings_of(request).topics) {
     if (!topic.empty()) options.topics[role] = topic;
   }
-  const auto recording = open_recording(request.input, options);
+  auto recording = open_recording(request.input, options);
   const Calibration sensors = recording->calibration();
   const Settings settings = settings_of(request, &sensors);
   spdlog::info("preset {}", settings.preset);
@@ -340,7 +342,7 @@ int run_map(const MapRequest& request) {
     throw Error("--resume: found the live device " + request.input + ", expected a recording");
   }
   Checkpoint checkpoint(request.output, identity(request, settings), settings.checkpoint_interval);
-  Run run{*recording,     front_end,     settings,      output, live ? nullptr : &checkpoint,
+  Run run{recording,      front_end,     settings,      output, live ? nullptr : &checkpoint,
           request.resume, request.quiet, request.online};
   std::optional<LivePage> page;
   if (request.live) {
@@ -350,8 +352,10 @@ int run_map(const MapRequest& request) {
   if (!live) run.open_again = [&] { return open_recording(request.input, options); };
   if (!request.online && !live && settings.calibrate_depth && sensors.depth_camera) {
     const auto timer = output.metrics.time("depth_calibration");
-    front_end.correct_depth(calibrate_depth(*run.open_again(), settings.floor, output.metrics,
+    front_end.correct_depth(calibrate_depth(*recording, settings.floor, output.metrics,
                                             [&] { return run.interrupt.interrupted(); }));
+    recording.reset();  // some players bear no other beside them
+    recording = run.open_again();
   }
   const Mapper mapper = request.online ? map_online(run) : map_offline(run);
   output.add_skipped(recording->skipped());

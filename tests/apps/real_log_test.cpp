@@ -1,6 +1,7 @@
 // A real log of a level scanner through the program: what its map must not hold.
 #include "program.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 
 #include <nlohmann/json.hpp>
@@ -27,6 +28,20 @@ TEST(RealLog, WallsThatComeBackToTheWindowStayUpright) {
       "/usr/share/mrpt/datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog";
   if (!std::filesystem::exists(log)) GTEST_SKIP() << log << " is absent (mrpt-common)";
   expect_upright_walls(log);
+}
+
+// Its player bears no second one beside it: a first look at the images must be over by then.
+TEST(RealLog, AllFramesOfAnOpenNiRecordingAreMapped) {
+  const char* set = std::getenv("LAMINA_DATA");
+  const Path data = set ? set : LAMINA_SOURCE_DIR "/../shared/data";
+  const Path recording = data / "openni_kinect" / "recording.oni";
+  if (!std::filesystem::exists(recording)) GTEST_SKIP() << recording << " is absent";
+  const Path map = scratch() / "oni";
+  ASSERT_EQ(run({"map", recording, "--output", map, "--quiet"}), 0);
+  const std::string poses = text_of(map / "trajectory.txt");
+  EXPECT_EQ(
+      std::count(poses.begin(), poses.end(), '\n') - std::count(poses.begin(), poses.end(), '#'),
+      12);
 }
 
 // A cheap scanner, whose lines of one wall contradict each other by degrees; from a place on where
