@@ -5,23 +5,11 @@
 
 #include <algorithm>
 
+#include <lamina/apps/depth_images.hpp>
 #include <lamina/frontend/floor/distortion_estimator.hpp>
 #include <lamina/frontend/floor/floor_frontend.hpp>
-#include <lamina/models/error.hpp>
 
 namespace lamina::apps {
-namespace {
-
-// What cannot be read ends the look: the run itself comes to it, and says so.
-std::optional<DepthFrame> next_of(Recording& recording, std::int64_t skip) {
-  try {
-    return recording.next_depth(skip);
-  } catch (const Error&) {
-    return std::nullopt;
-  }
-}
-
-}  // namespace
 
 DepthDistortion calibrate_depth(Recording& recording, const FloorOptions& options,
                                 io::Metrics& metrics, const std::function<bool()>& ended) {
@@ -31,7 +19,7 @@ DepthDistortion calibrate_depth(Recording& recording, const FloorOptions& option
   FloorFrontend frontend(options);
   DistortionEstimator estimator;
   for (std::int64_t k = 0; k < kImages && !ended(); ++k) {
-    const auto frame = next_of(recording, k == 0 ? 0 : every - 1);
+    const auto frame = next_depth_image(recording, k == 0 ? 0 : every - 1);
     if (!frame) break;
     const FloorResult floor = frontend.process(*frame);
     estimator.add(floor, frontend.disparities());

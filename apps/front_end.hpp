@@ -107,7 +107,7 @@ class FrontEnd {
   bool meet(Timestamp stamp);
   std::optional<Increment> driven(const std::optional<Timestamp>& from, Timestamp to) const;
 
-  DepthDistortion distortion_;
+  DepthDistortion distortion_;            // taken out of depth images
   bool planar_;                           // the robot stands on a floor
   bool depth_seen_ = false;               // and something sees that floor
   std::optional<SE3> first_step_;         // T_map_body

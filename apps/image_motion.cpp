@@ -1,21 +1,9 @@
 // Images and steps go side by side, by their stamps.
 #include <lamina/apps/image_motion.hpp>
 
-#include <lamina/models/error.hpp>
+#include <lamina/apps/depth_images.hpp>
 
 namespace lamina::apps {
-namespace {
-
-// What cannot be read ends the look: the run has read it before, and told.
-std::optional<DepthFrame> next_of(Recording& recording) {
-  try {
-    return recording.next_depth(0);
-  } catch (const Error&) {
-    return std::nullopt;
-  }
-}
-
-}  // namespace
 
 int refine_motions_by_images(Recording& recording, const DepthDistortion& distortion,
                              std::vector<Step>& steps, const std::function<bool()>& ended) {
@@ -24,7 +12,7 @@ int refine_motions_by_images(Recording& recording, const DepthDistortion& distor
   std::size_t i = 0;
   bool follows = false;  // the image of the step before was seen
   while (!ended()) {
-    auto frame = next_of(recording);
+    auto frame = next_depth_image(recording, 0);
     if (!frame) break;
     const std::size_t before = i;
     while (i < steps.size() && steps[i].observations.stamp < frame->stamp) ++i;

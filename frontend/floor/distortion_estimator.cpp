@@ -69,21 +69,26 @@ void DistortionEstimator::add(const FloorResult& floor, const DisparityImage& di
   }
   Half& half = halves_[static_cast<std::size_t>(frames_ / kTurn % 2)];
   ++frames_;
-  for (std::size_t k = 0; k < floor.planes.size(); ++k) {
-    if (floor.planes[k].pixels * kShare < static_cast<std::int64_t>(pixels)) continue;
-    std::vector<Mean> blocks(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-    for (int v = 0; v < rows * side; ++v) {
-      const float* d = disparities.row(v);
-      for (int u = 0; u < columns * side; ++u) {
-        if (floor.plane_at(u, v, width) != static_cast<int>(k) || !(d[u] > 0)) continue;
-        Mean& m = blocks[static_cast<std::size_t>(v / side) * static_cast<std::size_t>(columns) +
-                         static_cast<std::size_t>(u / side)];
-        m.u += u;
-        m.v += v;
-        m.d += static_cast<double>(d[u]);
-        ++m.n;
-      }
+  const auto per_plane = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  std::vector<std::vector<Mean>> planes(floor.planes.size());  // empty: too small
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    if (floor.planes[k].pixels * kShare >= static_cast<std::int64_t>(pixels))
+      planes[k].resize(per_plane);
+  }
+  for (int v = 0; v < rows * side; ++v) {
+    const float* d = disparities.row(v);
+    for (int u = 0; u < columns * side; ++u) {
+      const int k = floor.plane_at(u, v, width);
+      if (k < 0 || !(d[u] > 0) || planes[static_cast<std::size_t>(k)].empty()) continue;
+      Mean& m = planes[static_cast<std::size_t>(k)]
+                      [static_cast<std::size_t>(v / side * columns + u / side)];
+      m.u += u;
+      m.v += v;
+      m.d += static_cast<double>(d[u]);
+      ++m.n;
     }
+  }
+  for (const std::vector<Mean>& blocks : planes) {
     std::vector<Eigen::Vector3d> means;
     for (const Mean& m : blocks) {
       if (2 * m.n < side * side) continue;

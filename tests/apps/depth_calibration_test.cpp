@@ -14,16 +14,8 @@ namespace {
 // Frames of a floor and a wall that comes nearer, bent by `bend` px at the sides of the image.
 class BentRecording final : public Recording {
  public:
-  BentRecording(int frames, double bend) : frames_(frames), bend_(bend) {
-    camera_ = testing::test_camera(0.3);
-    CameraModel& c = camera_.camera;
-    c.width = 160;
-    c.height = 120;
-    c.fx = c.fy = 131;
-    c.cx = 79.5;
-    c.cy = 59.5;
-    camera_.noise = DepthNoise::kinect(525);
-  }
+  BentRecording(int frames, double bend)
+      : frames_(frames), bend_(bend), camera_(testing::small_test_camera(0.3)) {}
   std::optional<Measurement> next() override {
     if (given_ == frames_) return std::nullopt;
     if (breaks_at && given_ == *breaks_at) throw Error("the file ends here");

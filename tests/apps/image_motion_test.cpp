@@ -23,14 +23,7 @@ class DriveRecording final : public Recording {
     while (given_ < kImages && given_ == without) ++given_;
     if (given_ == kImages) return std::nullopt;
     if (given_ == breaks_at) throw Error("the file ends here");
-    DepthCamera camera = testing::test_camera(0.3);
-    CameraModel& c = camera.camera;
-    c.width = 160;
-    c.height = 120;
-    c.fx = c.fy = 131;
-    c.cx = 79.5;
-    c.cy = 59.5;
-    camera.noise = DepthNoise::kinect(525);
+    const DepthCamera camera = testing::small_test_camera(0.3);
     const SE3 T_body_world = pose(given_).inverse();
     std::vector<testing::Piece> pieces;
     for (const Plane& plane : {Plane({0, 0, 1}, 0), Plane({-1, 0, 0}, -3), Plane({0, -1, 0}, -1.5),

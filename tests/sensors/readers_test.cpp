@@ -138,6 +138,30 @@ TEST(Carmen, TrustsTheLoggersClockWhenTheSendersRunBack) {
   EXPECT_EQ(stamp_of(all[1]).to_string(), "1.500000");
 }
 
+// Passed over means not even opened: the second image is no image.
+TEST(Dataset, PassesOverDepthImages) {
+  const TemporaryFolder folder;
+  folder.write("calibration.yaml",
+               "depth_camera: {model: ideal, width: 2, height: 1, fx: 1, fy: 1, cx: 0.5, cy: 0, "
+               "depth_scale: 5000, T_body_camera: {translation: [0,0,1], rotation_xyzw: "
+               "[-0.5,0.5,-0.5,0.5]}}\n");
+  folder.write("a.png", encode_png_depth({2, 1, {5000, 0}}));
+  folder.write("b.png", "no image");
+  folder.write("c.png", encode_png_depth({2, 1, {10000, 0}}));
+  folder.write("depth.txt", "1 a.png\n2 b.png\n3 c.png\n");
+  folder.write("scans.csv", "0.5,0,0.1,0,5,1,2\n2.5,0,0.1,0,5,1,2\n");
+  const auto recording = open_recording(folder.path().string());
+  EXPECT_EQ(recording->depth_hint(), 3);
+  const auto first = recording->next_depth(0);
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->depth_m(0, 0), 1.0);
+  const auto last = recording->next_depth(1);
+  ASSERT_TRUE(last);
+  EXPECT_EQ(last->depth_m(0, 0), 2.0);
+  EXPECT_TRUE(recording->skipped().empty());
+  EXPECT_FALSE(recording->next_depth(0));
+}
+
 TEST(Dataset, MergesStreamsAndInterpolatesOdometry) {
   const TemporaryFolder folder;
   folder.write("calibration.yaml",

@@ -23,6 +23,14 @@ inline DepthCamera test_camera(double pitch = 0.45, double height = 0.8) {
   return c;
 }
 
+/// The same with a quarter of the pixels to each side: quicker.
+inline DepthCamera small_test_camera(double pitch) {
+  DepthCamera c = test_camera(pitch);
+  const SE3 T_body_camera = c.camera.T_body_camera;
+  c.camera = {160, 120, 131, 131, 79.5, 59.5, {}, T_body_camera};
+  return c;
+}
+
 /// A plane piece: the plane in the body frame and where on it there is matter.
 struct Piece {
   Plane plane_body;
