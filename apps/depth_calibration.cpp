@@ -22,7 +22,7 @@ DepthDistortion calibrate_depth(Recording& recording, const FloorOptions& option
     const auto frame = next_depth_image(recording, k == 0 ? 0 : every - 1);
     if (!frame) break;
     const FloorResult floor = frontend.process(*frame);
-    estimator.add(floor, frontend.disparities());
+    estimator.add(floor, frontend.disparities(), frame->camera.camera);
   }
   const auto distortion = ended() ? std::nullopt : estimator.estimate();
   if (!distortion) return {};

@@ -1,9 +1,11 @@
 // The floor front-end's table: speed, planes, plates, false alarms, heights, mounting, recordings.
 //   floor_bench all | time | planes | apart | plates | flat | tilt | heights | mounting
-//   floor_bench table1             heights of obstacles' tops: sections x sensors x distances, 20
-//   runs floor_bench real FOLDER        a recording's floor, frame by frame floor_bench picture
-//   SCENE|FOLDER INDEX FILE.ppm   labels as colours
+//   floor_bench table1    heights of obstacles' tops: sections x sensors x distances, 20 runs
+//   floor_bench real FOLDER [v | straight]    a recording's floor; v: frame by frame;
+//                                             straight: less the bend that its planes tell
+//   floor_bench picture SCENE|FOLDER INDEX FILE.ppm    labels as colours
 #include <lamina/frontend/floor/blocks.hpp>
+#include <lamina/frontend/floor/distortion_estimator.hpp>
 
 #include "floor_bench_scenes.hpp"
 
@@ -241,7 +243,22 @@ void add_halves(const FloorFrontend& frontend, const DepthFrame& f, const FloorR
   sides.add(g, side[0], side[1]);
 }
 
-void bench_real(const char* folder, bool verbose) {
+// What some 120 images tell of their bend, as `lamina map` takes it out.
+DepthDistortion bend_of(const char* folder) {
+  const auto recording = open_recording(folder);
+  const std::int64_t every =
+      std::max<std::int64_t>(1, recording->depth_hint().value_or(1200) / 120);
+  FloorFrontend frontend;
+  DistortionEstimator estimator;
+  for (auto frame = recording->next_depth(0); frame; frame = recording->next_depth(every - 1)) {
+    const FloorResult floor = frontend.process(*frame);
+    estimator.add(floor, frontend.disparities(), frame->camera.camera);
+  }
+  return estimator.estimate().value_or(DepthDistortion());
+}
+
+void bench_real(const char* folder, bool verbose, bool straight) {
+  const DepthDistortion bend = straight ? bend_of(folder) : DepthDistortion();
   const auto recording = open_recording(folder);
   FloorFrontend frontend;
   std::vector<double> heights, tilts;
@@ -250,9 +267,10 @@ void bench_real(const char* folder, bool verbose) {
   int low = 0, planes = 0, frames = 0;
   double share = 0;
   Halves checkerboard, sides;
-  while (const auto m = recording->next()) {
-    const DepthFrame* f = std::get_if<DepthFrame>(&*m);
+  while (auto m = recording->next()) {
+    DepthFrame* f = std::get_if<DepthFrame>(&*m);
     if (!f) continue;
+    bend.correct(*f);
     const FloorResult r = frontend.process(*f);
     ++frames;
     ++status[to_string(r.status)];
@@ -346,7 +364,8 @@ int main(int argc, char** argv) {
   const std::string verb = argc > 1 ? argv[1] : "all";
   const bool all = verb == "all";
   const int count = argc > 2 && verb != "real" && verb != "picture" ? std::atoi(argv[2]) : 0;
-  if (verb == "real" && argc > 2) bench_real(argv[2], argc > 3);
+  const std::string how = argc > 3 ? argv[3] : "";
+  if (verb == "real" && argc > 2) bench_real(argv[2], how == "v", how == "straight");
   if (verb == "picture" && argc > 4) picture(argv[2], std::atoi(argv[3]), argv[4]);
   if (all || verb == "time") bench_time();
   if (all || verb == "planes") bench_planes(argc > 2);

@@ -30,7 +30,7 @@ Values legendre(double x) {
 template <class F>
 void for_each_term(int degree, F f) {
   int term = 0;
-  for (int sum = 2; sum <= degree; ++sum) {
+  for (int sum = 0; sum <= degree; ++sum) {
     for (int i = sum; i >= 0; --i) {
       f(term++, static_cast<std::size_t>(i), static_cast<std::size_t>(sum - i));
     }
@@ -52,12 +52,12 @@ Eigen::VectorXd DepthDistortion::basis(double x, double y, int degree) {
 
 DepthDistortion::DepthDistortion(int width, int height, const Eigen::VectorXd& coefficients)
     : width_(width), height_(height) {
-  int degree = 2;
+  int degree = 1;
   while (degree < kMaxDegree && terms(degree) != coefficients.size()) ++degree;
   if (terms(degree) != coefficients.size() || width <= 0 || height <= 0) {
     throw Error("depth distortion: found " + std::to_string(coefficients.size()) +
                 " coefficients for " + std::to_string(width) + " x " + std::to_string(height) +
-                " pixels, expected those of a degree from 2 to " + std::to_string(kMaxDegree) +
+                " pixels, expected those of a degree from 1 to " + std::to_string(kMaxDegree) +
                 " and an image");
   }
   field_.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
@@ -76,6 +76,11 @@ DepthDistortion::DepthDistortion(int width, int height, const Eigen::VectorXd& c
       field_.push_back(static_cast<float>(sum));
     }
   }
+}
+
+void DepthDistortion::hold_within(double low, double high) {
+  const auto a = static_cast<float>(low), b = static_cast<float>(high);
+  for (float& e : field_) e = std::clamp(e, a, b);
 }
 
 void DepthDistortion::correct(DepthFrame& frame) const {

@@ -9,14 +9,15 @@
 namespace lamina {
 
 /// Error of the disparity over the image, the same in every frame [Herrera2012]:
-///   d measured - d true = sum c_ij P_i(x) P_j(y), 2 <= i + j <= degree,
-/// P Legendre polynomials, x and y from -1 to 1 over the image. Constant and slopes are left out:
-/// they turn and move planes, and no plane alone tells them.
+///   d measured - d true = sum c_ij P_i(x) P_j(y), i + j <= degree,
+/// P Legendre polynomials, x and y from -1 to 1 over the image. Constant and slopes, the first
+/// kAffine, turn and move planes: no plane alone tells them, the angles between planes do.
 class DepthDistortion {
  public:
-  static constexpr int kMaxDegree = 6;
-  /// Coefficients up to a degree: 3, 12, 25 for 2, 4, 6.
-  static constexpr int terms(int degree) { return (degree + 1) * (degree + 2) / 2 - 3; }
+  static constexpr int kMaxDegree = 10;
+  static constexpr int kAffine = 3;
+  /// Coefficients up to a degree: 3, 6, 15, 28, 45, 66 for 1, 2, 4, ... 10.
+  static constexpr int terms(int degree) { return (degree + 1) * (degree + 2) / 2; }
   /// The products P_i(x) P_j(y) by degree, the first `terms(degree)` in all of them.
   static Eigen::VectorXd basis(double x, double y, int degree);
 
@@ -25,6 +26,8 @@ class DepthDistortion {
   /// other numbers or an empty image.
   DepthDistortion(int width, int height, const Eigen::VectorXd& coefficients);
 
+  /// Values beyond these (px) are held to them.
+  void hold_within(double low, double high);
   /// Takes the error out of the measurements of a frame of that size; others stay as they are, as
   /// do frames without a noise model. Pixels without measurement, and saturated ones, too.
   void correct(DepthFrame& frame) const;

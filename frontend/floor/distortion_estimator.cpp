@@ -12,6 +12,9 @@ namespace {
 
 constexpr int kColumns = 40;          // blocks across the image
 constexpr std::int64_t kShare = 100;  // planes of at least a hundredth of the image
+// Blocks of one image err alike, so their number says little: a coefficient of 1 px is as unlikely
+// as this share of all residuals being a few hundredths. It holds corners nobody saw.
+constexpr double kRidge = 1e-3;
 
 // Sums of one block for one plane.
 struct Mean {
@@ -30,6 +33,34 @@ Eigen::VectorXd residuals(const Eigen::MatrixXd& Q, const Eigen::VectorXd& d) {
   return d - Q * (Q.transpose() * d);
 }
 
+// Rays (x, y, 1) through the middles of blocks, a row each.
+Eigen::MatrixX3d rays(const Eigen::MatrixXd& xyd, const CameraModel& camera, int width,
+                      int height) {
+  Eigen::MatrixX3d result(xyd.rows(), 3);
+  const auto pixels = [](const auto& along, int size) {
+    return 0.5 * (size * (along.array() + 1) - 1);
+  };
+  result.col(0) = (pixels(xyd.col(0), width) - camera.cx) / camera.fx;
+  result.col(1) = (pixels(xyd.col(1), height) - camera.cy) / camera.fy;
+  result.col(2).setOnes();
+  return result;
+}
+
+// Least squares of disparities over rays, and the same of the bend's basis.
+SeenPlane seen_plane(const Eigen::MatrixX3d& rays, const Eigen::VectorXd& d,
+                     const Eigen::MatrixXd& basis) {
+  // What no smooth bend explains, px, and blocks that it makes err apart.
+  constexpr double kLeft = 0.05, kApart = 12;
+  const Eigen::Matrix3d N = rays.transpose() * rays;
+  const auto inverse = N.ldlt();
+  SeenPlane plane;
+  plane.q = inverse.solve(rays.transpose() * d);
+  plane.by_bend = inverse.solve(rays.transpose() * basis);
+  plane.covariance = kLeft * kLeft * std::max(1.0, static_cast<double>(rays.rows()) / kApart) *
+                     inverse.solve(Eigen::Matrix3d::Identity());
+  return plane;
+}
+
 }  // namespace
 
 DistortionEstimator::Half& DistortionEstimator::Half::operator+=(const Half& o) {
@@ -41,12 +72,13 @@ DistortionEstimator::Half& DistortionEstimator::Half::operator+=(const Half& o) 
 }
 
 Eigen::VectorXd DistortionEstimator::Half::solve(int terms) const {
-  // Blocks of one image err alike, so their number says little: a coefficient of 1 px is as
-  // unlikely as this share of all residuals being a few hundredths. It holds corners nobody saw.
-  constexpr double kRidge = 1e-3;
-  Eigen::MatrixXd M = A.topLeftCorner(terms, terms);
+  constexpr int kAffine = DepthDistortion::kAffine;
+  const int bent = terms - kAffine;
+  Eigen::MatrixXd M = A.block(kAffine, kAffine, bent, bent);
   M.diagonal().array() += kRidge * samples;
-  return M.ldlt().solve(b.head(terms));
+  Eigen::VectorXd c = Eigen::VectorXd::Zero(terms);
+  c.tail(bent) = M.ldlt().solve(b.segment(kAffine, bent));
+  return c;
 }
 
 double DistortionEstimator::Half::left_by(const Eigen::VectorXd& c) const {
@@ -54,14 +86,17 @@ double DistortionEstimator::Half::left_by(const Eigen::VectorXd& c) const {
   return (square - 2 * c.dot(b.head(n)) + c.dot(A.topLeftCorner(n, n) * c)) / samples;
 }
 
-void DistortionEstimator::add(const FloorResult& floor, const DisparityImage& disparities) {
+void DistortionEstimator::add(const FloorResult& floor, const DisparityImage& disparities,
+                              const CameraModel& camera) {
   const int width = disparities.width, height = disparities.height;
   if (width_ == 0) {
     width_ = width;
     height_ = height;
+    side_ = std::max(4, width / kColumns);
+    columns_ = width / side_;
+    seen_.assign(static_cast<std::size_t>(columns_ * (height / side_)), 0);
   }
-  const int side = std::max(4, width / kColumns);
-  const int columns = width / side, rows = height / side;
+  const int side = side_, columns = columns_, rows = height / side;
   const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   if (width != width_ || height != height_ || columns == 0 || rows == 0 ||
       floor.pixel_labels.size() != pixels) {
@@ -88,22 +123,29 @@ void DistortionEstimator::add(const FloorResult& floor, const DisparityImage& di
       ++m.n;
     }
   }
+  std::vector<SeenPlane> seen;
   for (const std::vector<Mean>& blocks : planes) {
     std::vector<Eigen::Vector3d> means;
-    for (const Mean& m : blocks) {
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      const Mean& m = blocks[i];
       if (2 * m.n < side * side) continue;
+      ++seen_[i];
       means.emplace_back((2 * m.u / m.n + 1) / width - 1, (2 * m.v / m.n + 1) / height - 1,
                          m.d / m.n);
     }
-    add_plane(means, half);
+    if (auto plane = add_plane(means, camera, half)) seen.push_back(std::move(*plane));
   }
+  angles_.add(std::move(seen));
 }
 
 // With Q an orthonormal basis of all planes over the blocks, the part of disparities and bends that
 // no plane explains is (I - Q Q^T) times them.
-void DistortionEstimator::add_plane(const std::vector<Eigen::Vector3d>& means, Half& half) const {
-  constexpr std::size_t kFewest = 12;  // blocks
-  if (means.size() < kFewest) return;
+std::optional<SeenPlane> DistortionEstimator::add_plane(const std::vector<Eigen::Vector3d>& means,
+                                                        const CameraModel& camera,
+                                                        Half& half) const {
+  constexpr std::size_t kFewest = 12;           // blocks
+  constexpr Eigen::Index kFewestOfAngles = 20;  // small planes lean with anything
+  if (means.size() < kFewest) return std::nullopt;
   Eigen::MatrixXd xyd(static_cast<Eigen::Index>(means.size()), 3);
   for (Eigen::Index i = 0; i < xyd.rows(); ++i) {
     xyd.row(i) = means[static_cast<std::size_t>(i)].transpose();
@@ -117,30 +159,29 @@ void DistortionEstimator::add_plane(const std::vector<Eigen::Vector3d>& means, H
   for (Eigen::Index i = 0; i < xyd.rows(); ++i) {
     if (std::abs(first(i)) < gate) xyd.row(kept++) = xyd.row(i).eval();
   }
-  if (kept < static_cast<Eigen::Index>(kFewest)) return;
+  if (kept < static_cast<Eigen::Index>(kFewest)) return std::nullopt;
   xyd.conservativeResize(kept, Eigen::NoChange);
   const Eigen::MatrixXd Q = span_of_planes(xyd);
   Eigen::MatrixXd B(kept, kTerms);
   for (Eigen::Index i = 0; i < kept; ++i) {
     B.row(i) = DepthDistortion::basis(xyd(i, 0), xyd(i, 1), DepthDistortion::kMaxDegree);
   }
-  B -= Q * (Q.transpose() * B).eval();
+  const Eigen::MatrixXd left = B - Q * (Q.transpose() * B);
   const Eigen::VectorXd r = residuals(Q, xyd.col(2));
-  half.A += B.transpose() * B;
-  half.b += B.transpose() * r;
+  half.A += left.transpose() * left;
+  half.b += left.transpose() * r;
   half.square += r.squaredNorm();
   half.samples += static_cast<double>(kept - 3);
+  if (kept < kFewestOfAngles) return std::nullopt;
+  return seen_plane(rays(xyd, camera, width_, height_), xyd.col(2), B);
 }
 
-std::optional<DepthDistortion> DistortionEstimator::estimate() const {
-  if (frames_ < kLeast || !(halves_[0].samples > 0) || !(halves_[1].samples > 0)) {
-    return std::nullopt;
-  }
+int DistortionEstimator::degree_by_planes() const {
   // Of the mean square left in the half that did not teach, this much must go with each step.
   constexpr double kMarked = 0.05;
   std::array<double, 2> left{halves_[0].left_by({}), halves_[1].left_by({})};
   int degree = 0;
-  for (const int next : {2, 4, 6}) {
+  for (const int next : {2, 4, 6, 8, 10}) {
     const int terms = DepthDistortion::terms(next);
     const std::array<double, 2> now{halves_[0].left_by(halves_[1].solve(terms)),
                                     halves_[1].left_by(halves_[0].solve(terms))};
@@ -151,10 +192,79 @@ std::optional<DepthDistortion> DistortionEstimator::estimate() const {
     degree = next;
     left = now;
   }
-  if (degree == 0) return std::nullopt;
+  return degree;
+}
+
+// Planes and angles together, from what planes alone say; nullopt where angles gain little by it.
+std::optional<Eigen::VectorXd> DistortionEstimator::with_angles(const Half& all, int terms) const {
+  constexpr double kUsual = 0.3;  // px, 1-sigma of a coefficient: what the ridge stands for
+  // Of chi-squared; and of what angles leave, or else most is built askew.
+  constexpr double kLeastGain = 8, kLeastShare = 0.25;
+  // Sigmas: a constant scales all distances, and most sensors have none.
+  constexpr double kToldConstant = 4;
+  const double scale = 1 / (kUsual * kUsual * kRidge * all.samples);
+  const Eigen::VectorXd start = all.solve(terms), b = scale * all.b.head(terms);
+  const double askew = angles_.cost(start);
+  Eigen::MatrixXd H_planes = scale * all.A.topLeftCorner(terms, terms);
+  H_planes.diagonal().array() += 1 / (kUsual * kUsual);
+  const auto cost = [&](const Eigen::VectorXd& c) {
+    return c.dot(H_planes * c) - 2 * b.dot(c) + angles_.cost(c);
+  };
+  Eigen::MatrixXd H;
+  const auto solve = [&] {
+    constexpr int kSteps = 12;
+    Eigen::VectorXd c = start;
+    for (int step = 0; step < kSteps; ++step) {
+      H = H_planes;
+      Eigen::VectorXd g = H_planes * c - b;
+      angles_.linearize(c, H, g);
+      c -= H.ldlt().solve(g);
+    }
+    return c;
+  };
+  Eigen::VectorXd c = solve();
+  const Eigen::VectorXd of_constant = H.ldlt().solve(Eigen::VectorXd::Unit(terms, 0));
+  if (c(0) * c(0) < kToldConstant * kToldConstant * of_constant(0)) {
+    constexpr double kNone = 1e-3;  // px
+    H_planes(0, 0) += 1 / (kNone * kNone);
+    c = solve();
+  }
+  if (!c.allFinite() || !(cost(c) < cost(start) - kLeastGain) ||
+      !(angles_.cost(c) < (1 - kLeastShare) * askew)) {
+    return std::nullopt;
+  }
+  return c;
+}
+
+// Polynomials run away where nothing was seen: there they are held to their values elsewhere.
+DepthDistortion DistortionEstimator::distortion_of(const Eigen::VectorXd& coefficients) const {
+  constexpr int kOften = 5;  // frames
+  DepthDistortion result(width_, height_, coefficients);
+  double low = 0, high = 0;
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    if (seen_[i] < kOften) continue;
+    const int block = static_cast<int>(i);
+    const int u = (2 * (block % columns_) + 1) * side_ / 2;
+    const int v = (2 * (block / columns_) + 1) * side_ / 2;
+    const auto e = static_cast<double>(result.field()[static_cast<std::size_t>(v * width_ + u)]);
+    low = std::min(low, e);
+    high = std::max(high, e);
+  }
+  result.hold_within(low, high);
+  return result;
+}
+
+std::optional<DepthDistortion> DistortionEstimator::estimate() const {
+  if (frames_ < kLeast || !(halves_[0].samples > 0) || !(halves_[1].samples > 0)) {
+    return std::nullopt;
+  }
+  const int degree = degree_by_planes();
   Half all = halves_[0];
   all += halves_[1];
-  return DepthDistortion(width_, height_, all.solve(DepthDistortion::terms(degree)));
+  if (const auto c = with_angles(all, DepthDistortion::terms(std::max(1, degree))))
+    return distortion_of(*c);
+  if (degree == 0) return std::nullopt;
+  return distortion_of(all.solve(DepthDistortion::terms(degree)));
 }
 
 }  // namespace lamina

@@ -37,6 +37,23 @@ std::vector<double> areas(const PlaneExtractor& extractor, std::span<const doubl
   return result;
 }
 
+// Pixels at a border show some of what is behind it: a sensor compares windows some pixels wide. An
+// upright face w pixels wide along its slope (px of disparity a px) is off by a window's slope, as
+// often as a window goes into w: most of what is wrong with faces seen at a grazing angle. Floors
+// and what stands on them are at the same distance where they meet.
+double border_error(const PlaneRegion& region) {
+  constexpr double kWindow = 8;  // px
+  const DisparitySums& s = region.sums;
+  const Eigen::Vector2d slope = region.plane.head<2>(), mean(s.u / s.n, s.v / s.n);
+  Eigen::Matrix2d spread;
+  spread << s.uu, s.uv, s.uv, s.vv;
+  spread = spread / s.n - mean * mean.transpose();
+  const double square = std::max(slope.squaredNorm(), 1e-12);
+  const double width = std::sqrt(12 * std::max(0.0, slope.dot(spread * slope)) / square);
+  return std::sqrt(square) * kWindow * kWindow / std::max(kWindow, width);
+}
+
+// `shared_px`: what all pixels of the plane are off by, 1-sigma.
 NoiseFloor noise_floor(const Moments& moments, const Plane& plane, const DisparityGeometry& g,
                        double shared_px) {
   NoiseFloor floor;
@@ -55,6 +72,7 @@ struct FloorFrontend::State {
   explicit State(const FloorOptions& o) : options(o), extractor(o), judge(o), mapper(o), cloud(o) {}
 
   void collect_planes(FloorResult& result);
+  void doubt_borders(FloorResult& result);
   void trace(FloorResult& result);
 
   FloorOptions options;
@@ -83,6 +101,17 @@ void FloorFrontend::State::collect_planes(FloorResult& result) {
   }
   const auto area = areas(extractor, rho);
   for (std::size_t k = 0; k < area.size(); ++k) result.planes[k].area = area[k];
+}
+
+void FloorFrontend::State::doubt_borders(FloorResult& result) {
+  constexpr double kUpright = 1;  // rad
+  for (std::size_t k = 0; k < result.planes.size(); ++k) {
+    ExtractedPlane& p = result.planes[k];
+    if (p.slope < kUpright) continue;
+    const double shared = std::hypot(std::sqrt(extractor.noise().shared),
+                                     border_error(extractor.regions().regions()[k]));
+    p.floor = noise_floor(p.moments_camera, p.plane_camera, extractor.geometry(), shared);
+  }
 }
 
 void FloorFrontend::State::trace(FloorResult& result) {
@@ -138,6 +167,7 @@ FloorResult FloorFrontend::process(const DepthFrame& frame) {
   const BlockImage& blocks = s.extractor.blocks();
   result.blocks = {blocks.size, blocks.columns, blocks.rows, s.extractor.block_labels()};
   s.judge.judge(calibrated, static_cast<double>(frame.width()) * frame.height(), result);
+  s.doubt_borders(result);
   double measured = 0;
   for (const Block& block : blocks.blocks) measured += static_cast<double>(block.n);
   if (measured < s.options.min_plane_px) {

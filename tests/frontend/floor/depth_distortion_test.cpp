@@ -1,6 +1,7 @@
 // The bend of a depth image: what planes tell of it, and its removal.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -13,11 +14,12 @@ namespace lamina {
 namespace {
 
 constexpr int kWidth = 160, kHeight = 120;
+const CameraModel kCamera = testing::small_test_camera(0.3).camera;
 
 DepthDistortion bent(double u, double v) {
   Eigen::VectorXd c = Eigen::VectorXd::Zero(DepthDistortion::terms(2));
-  c(0) = u;  // P_2(x)
-  c(2) = v;  // P_2(y)
+  c(3) = u;  // P_2(x)
+  c(5) = v;  // P_2(y)
   return DepthDistortion(kWidth, kHeight, c);
 }
 
@@ -62,7 +64,7 @@ TEST(DistortionEstimator, FindsTheBend) {
   DistortionEstimator estimator;
   for (int i = 0; i < 30; ++i) {
     const View w = view(random, as_function(truth));
-    estimator.add(w.floor, w.disparities);
+    estimator.add(w.floor, w.disparities, kCamera);
   }
   EXPECT_EQ(estimator.frames(), 30);
   const auto found = estimator.estimate();
@@ -81,7 +83,7 @@ TEST(DistortionEstimator, TellsNothingWhereNothingIsBent) {
   DistortionEstimator estimator;
   for (int i = 0; i < 30; ++i) {
     const View w = view(random, [](int, int) { return 0.0; });
-    estimator.add(w.floor, w.disparities);
+    estimator.add(w.floor, w.disparities, kCamera);
   }
   EXPECT_FALSE(estimator.estimate());
 }
@@ -93,9 +95,68 @@ TEST(DistortionEstimator, TellsNothingOfCurvedWalls) {
   for (int i = 0; i < 30; ++i) {
     const double curve = std::uniform_real_distribution<double>(-0.4, 0.4)(random);
     const View w = view(random, [&](int u, int) { return curve * std::pow(u / 80.0 - 1, 2); });
-    estimator.add(w.floor, w.disparities);
+    estimator.add(w.floor, w.disparities, kCamera);
   }
   EXPECT_FALSE(estimator.estimate());
+}
+
+// A floor in the lower half of the image and walls to its sides, turned by `heading` (rad); the
+// second wall is off the right angle by `askew`. `bend` (px) is added to what is seen.
+View room(std::mt19937_64& random, double heading, double askew,
+          const std::function<double(int, int)>& bend) {
+  const double fb = testing::small_test_camera(0).noise.focal_baseline;
+  const double pitch = 0.3;
+  const SO3 R = SO3::rot_x(pitch) * SO3::rot_y(heading), turned = R * SO3::rot_y(askew);
+  const Eigen::Vector3d q[3] = {R * Eigen::Vector3d(-fb, 0, 0), turned * Eigen::Vector3d(fb, 0, 0),
+                                R * Eigen::Vector3d(0, fb / 0.8, 0)};
+  std::normal_distribution<double> noise(0, 0.05);
+  View w;
+  w.disparities = {kWidth, kHeight, std::vector<float>(kWidth * kHeight, 0)};
+  w.floor.pixel_labels.assign(kWidth * kHeight, 0);
+  w.floor.planes.resize(3);
+  for (int v = 0; v < kHeight; ++v) {
+    for (int u = 0; u < kWidth; ++u) {
+      const std::size_t k = v >= 80 ? 2 : u >= 80 ? 1 : 0;
+      const Eigen::Vector3d ray((u - kCamera.cx) / kCamera.fx, (v - kCamera.cy) / kCamera.fy, 1);
+      const double d = q[k].dot(ray);
+      if (d < 3) continue;
+      const auto i = static_cast<std::size_t>(v * kWidth + u);
+      w.floor.pixel_labels[i] = static_cast<std::uint8_t>(k + 1);
+      ++w.floor.planes[k].pixels;
+      w.disparities.d[i] = static_cast<float>(d + bend(u, v) + noise(random));
+    }
+  }
+  return w;
+}
+
+DistortionEstimator tour(double askew, const std::function<double(int, int)>& bend) {
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> heading(-0.25, 0.25), off(-askew, askew);
+  DistortionEstimator estimator;
+  for (int i = 0; i < 48; ++i) {
+    const View w = room(random, heading(random), off(random), bend);
+    estimator.add(w.floor, w.disparities, kCamera);
+  }
+  return estimator;
+}
+
+// Neither bows a plane: it is by the angles between them that they show.
+TEST(DistortionEstimator, RightAnglesTellConstantAndSlopes) {
+  const auto bend = [](int u, int v) { return 0.6 + 0.3 * (u / 80.0 - 1) - 0.2 * (v / 60.0 - 1); };
+  const auto found = tour(0, bend).estimate();
+  ASSERT_TRUE(found);
+  const auto at = as_function(*found);
+  for (const auto& [u, v] : {std::pair(20, 40), {140, 40}, {80, 60}, {40, 110}, {120, 110}})
+    EXPECT_NEAR(at(u, v), bend(u, v), 0.12) << u << ", " << v;
+}
+
+TEST(DistortionEstimator, RightAnglesOfAStraightImageTellNothing) {
+  EXPECT_FALSE(tour(0, [](int, int) { return 0.0; }).estimate());
+}
+
+// Walls that stand at any angle to each other are no fault of the camera.
+TEST(DistortionEstimator, AskewWallsTellNothing) {
+  EXPECT_FALSE(tour(0.2, [](int, int) { return 0.0; }).estimate());
 }
 
 TEST(DistortionEstimator, TellsNothingOfTooFewFramesOrNone) {
@@ -105,13 +166,14 @@ TEST(DistortionEstimator, TellsNothingOfTooFewFramesOrNone) {
   EXPECT_FALSE(estimator.estimate());
   for (int i = 0; i + 1 < DistortionEstimator::kLeast; ++i) {
     const View w = view(random, as_function(truth));
-    estimator.add(w.floor, w.disparities);
+    estimator.add(w.floor, w.disparities, kCamera);
   }
   EXPECT_FALSE(estimator.estimate());
   // Frames that hold nothing, or are of another size, are no frames.
   const int frames = estimator.frames();
-  estimator.add({}, {kWidth / 2, kHeight / 2, std::vector<float>(kWidth * kHeight / 4, 10.0F)});
-  estimator.add({}, {});
+  estimator.add({}, {kWidth / 2, kHeight / 2, std::vector<float>(kWidth * kHeight / 4, 10.0F)},
+                kCamera);
+  estimator.add({}, {}, kCamera);
   EXPECT_EQ(estimator.frames(), frames);
 }
 
@@ -137,6 +199,14 @@ TEST(DepthDistortion, IsTakenOutOfAFrame) {
     const double d = camera.noise.disparity(frame.raw[i] / camera.depth_scale);
     ASSERT_NEAR(d, true_d, 0.002);  // a step of the raw value is 0.001
   }
+}
+
+TEST(DepthDistortion, IsHeldWithinBounds) {
+  DepthDistortion bend = bent(0.4, 0.1);
+  ASSERT_GT(bend.largest(), 0.4);
+  bend.hold_within(-0.05, 0.2);
+  EXPECT_NEAR(bend.largest(), 0.2, 1e-6);
+  EXPECT_NEAR(*std::min_element(bend.field().begin(), bend.field().end()), -0.05F, 1e-6);
 }
 
 TEST(DepthDistortion, LeavesOtherFramesAlone) {
@@ -172,10 +242,12 @@ TEST(DepthDistortion, MoreThanTheDisparityLeavesNoMeasurement) {
 TEST(DepthDistortion, RefusesWrongCoefficients) {
   EXPECT_THROW(DepthDistortion(kWidth, kHeight, Eigen::VectorXd::Zero(4)), Error);
   EXPECT_THROW(DepthDistortion(0, kHeight, Eigen::VectorXd::Zero(3)), Error);
-  EXPECT_EQ(DepthDistortion::terms(2), 3);
-  EXPECT_EQ(DepthDistortion::basis(0.5, 0.5, 4).size(), 12);
-  EXPECT_NEAR(DepthDistortion::basis(0.5, -1, 2)(0), 0.5 * (3 * 0.25 - 1), 1e-12);
-  EXPECT_NEAR(DepthDistortion::basis(0.5, -1, 2)(1), -0.5, 1e-12);
+  EXPECT_EQ(DepthDistortion::terms(2), 6);
+  const Eigen::VectorXd basis = DepthDistortion::basis(0.5, -1, 4);
+  ASSERT_EQ(basis.size(), 15);
+  EXPECT_EQ(basis.head<3>(), Eigen::Vector3d(1, 0.5, -1));
+  EXPECT_NEAR(basis(3), 0.5 * (3 * 0.25 - 1), 1e-12);
+  EXPECT_NEAR(basis(4), -0.5, 1e-12);
 }
 
 }  // namespace

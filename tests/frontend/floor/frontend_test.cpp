@@ -105,6 +105,28 @@ TEST(FloorFrontend, SurfaceFollowsARamp) {
   EXPECT_NEAR(*height, slope, 0.01);
 }
 
+// What all pixels of a side wall are off by (px), where it is seen from 2 m to `end`; 0: not found.
+double shared_by_side_wall(double end) {
+  const Piece side{Plane({0, -1, 0}, -0.6), [end](const Eigen::Vector3d& p) {
+                     return p.x() > 2 && p.x() < end && p.z() > 0;
+                   }};
+  for (const ExtractedPlane& p : process({floor_piece(), side}).planes) {
+    if (p.slope < 1) continue;
+    const double z = p.moments_camera.mean().z();
+    return p.floor.sigma_rho * test_camera().noise.focal_baseline /
+           (std::abs(p.plane_camera.rho()) * z);
+  }
+  return 0;
+}
+
+// Sensors compare windows: where a face at a grazing angle is as narrow as they, it is off.
+TEST(FloorFrontend, NarrowGrazingFacesAreKnownLess) {
+  const double wide = shared_by_side_wall(6), narrow = shared_by_side_wall(2.6);
+  EXPECT_GT(wide, test_camera().noise.disparity_floor);
+  EXPECT_LT(wide, 0.12);
+  EXPECT_GT(narrow, 2 * wide);
+}
+
 TEST(FloorFrontend, ObservationsCarryMomentsThatFitTheirPlanes) {
   const FloorResult r = process({floor_piece(), wall_piece(3)});
   const Observations o = r.to_observations();
