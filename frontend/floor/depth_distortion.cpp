@@ -95,7 +95,7 @@ void DepthDistortion::correct(DepthFrame& frame) const {
     const float raw = static_cast<float>(frame.raw[i]);
     // raw' = fb / (fb / raw - e); where the error is as large as the disparity nothing is known.
     const float rest = fb - field_[i] * raw;
-    const float corrected = rest > 0 ? std::round(fb * raw / rest) : 0.0F;
+    const float corrected = rest > 0 ? fb * raw / rest + 0.5F : 0.0F;  // rounded as it is stored
     if (raw > 0 && raw < kSaturated)
       frame.raw[i] = corrected < kSaturated ? static_cast<std::uint16_t>(corrected) : 0;
   }
