@@ -11,12 +11,12 @@
 
 namespace lamina::apps {
 
-bool correct_wheels(std::vector<Step>& steps, const MapperOptions& options, io::Metrics& metrics,
+void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, io::Metrics& metrics,
                     const std::function<bool()>& ended) {
-  if (!wheels_and_images_alone(steps)) return false;
+  if (!wheels_and_images_alone(steps)) return;
   const auto timer = metrics.time("wheels");
   const auto errors = calibrate_wheels(steps, options, ended);
-  if (!errors) return false;
+  if (!errors) return;
   constexpr double kDegree = M_PI / 180;
   const Eigen::Vector4d sigma = errors->covariance.diagonal().cwiseSqrt();
   spdlog::info(
@@ -28,7 +28,6 @@ bool correct_wheels(std::vector<Step>& steps, const MapperOptions& options, io::
   metrics.counts["wheel_drift_correction_deg_per_m"] = errors->value(1) / kDegree;
   metrics.counts["wheel_turn_correction"] = errors->value(2);
   metrics.counts["camera_turned_z_deg"] -= errors->value(3) / kDegree;
-  return true;
 }
 
 void correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops, bool planar,

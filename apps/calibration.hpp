@@ -12,8 +12,8 @@
 namespace lamina::apps {
 
 /// calibrate_wheels() where there are no scans, with its corrections in the log and among the
-/// counts of `metrics`. True where it corrected anything.
-bool correct_wheels(std::vector<Step>& steps, const MapperOptions& options, io::Metrics& metrics,
+/// counts of `metrics`.
+void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, io::Metrics& metrics,
                     const std::function<bool()>& ended);
 
 /// calibrate_mountings(), likewise.

@@ -166,7 +166,7 @@ void LivePage::finished(const std::filesystem::path& folder) {
   stop();  // else a picture that is late would come after the last one
   server_.publish(viewer::finished_data(viewer::map_data(folder),
                                         folder.lexically_normal().string(), seconds()));
-  if (server_.wanted(kLooksOn)) server_.wait_until_fetched(5);
+  if (server_.wanted(kLooksOn)) server_.wait_until_fetched(15);  // machines are busy
 }
 
 }  // namespace lamina::apps

@@ -182,11 +182,8 @@ Mapper map_offline(Run& run) {
   const bool ended_before = run.interrupt.interrupted();
   const auto ended = [&] { return run.interrupt.interrupted() && !ended_before; };
   const bool wheels = run.front_end.met_wheels();
-  const bool corrected =
-      settings.calibrate_wheels && wheels && correct_wheels(steps, options, output.metrics, ended);
-  // Once the wheels' errors are out, images make such maps no better on the whole (odometry.md).
-  if (run.open_again && settings.images_beside_wheels && wheels && !corrected &&
-      wheels_and_images_alone(steps)) {
+  if (settings.calibrate_wheels && wheels) correct_wheels(steps, options, output.metrics, ended);
+  if (run.open_again && settings.images_beside_wheels && wheels && wheels_and_images_alone(steps)) {
     const auto timer = output.metrics.time("images_beside_wheels");
     output.metrics.counts["motions_by_images"] =
         refine_motions_by_images(*run.open_again(), run.front_end.depth_distortion(), steps, ended);

@@ -24,7 +24,8 @@ async function main() {
   const browser = await launch(chromium, executable);
 
   const run = spawn(lamina, ['map', data, '--output', folder, '--mode', 'online', '--quiet', '--live', '0'], { stdio: ['ignore', 'ignore', 'pipe'] });
-  const ended = new Promise((resolve) => run.on('exit', resolve));
+  let over = 0;  // ms: when the run ended
+  const ended = new Promise((resolve) => run.on('exit', (code) => { over = Date.now(); resolve(code); }));
   const url = await new Promise((resolve, reject) => {
     let said = '';
     run.stderr.on('data', (text) => {
@@ -44,7 +45,7 @@ async function main() {
     const now = await page.evaluate(() => ({ doing: Lamina.data.live.doing, version: Number(document.getElementById('live').dataset.version),
       poses: Lamina.trajectory ? Lamina.trajectory.total : 0, planes: Lamina.planes.length }));
     if (!seen.length || seen[seen.length - 1].version !== now.version) seen.push(now);
-    if (now.doing === 'finished' || seen.length > 1000) break;
+    if (now.doing === 'finished' || seen.length > 1000 || (over && Date.now() - over > 20000)) break;
     if (seen.length === 3) await page.screenshot({ path: path.join(work, 'live.png') });
     await page.waitForTimeout(200);
   }
