@@ -131,21 +131,28 @@ void BlockCholesky::Impl::lay_out() {
   }
   block_offset.resize(blocks.rows.size());
   starts.assign(1, 0);
+  starts.reserve(at(n) + 1);
   diagonal_place.resize(at(n));
+  std::size_t entries = 0;
   for (int p = 0; p < variables; ++p) {
     int height = 0;
     for (int k = blocks.starts[at(p)]; k < blocks.starts[at(p) + 1]; ++k) {
       block_offset[at(k)] = height;
       height += sizes[at(order[at(blocks.rows[at(k)])])];
     }
+    entries += at(height * sizes[at(order[at(p)])]);
+  }
+  rows.resize(entries);
+  int filled = 0;
+  for (int p = 0; p < variables; ++p) {
     const int v = order[at(p)];
     for (int c = 0; c < sizes[at(v)]; ++c) {
-      diagonal_place[at(first_row[at(v)] + c)] = rows.size() + at(c);
+      diagonal_place[at(first_row[at(v)] + c)] = at(filled + c);
       for (int k = blocks.starts[at(p)]; k < blocks.starts[at(p) + 1]; ++k) {
         const int u = order[at(blocks.rows[at(k)])];
-        for (int r = 0; r < sizes[at(u)]; ++r) rows.push_back(ordered_row[at(u)] + r);
+        for (int r = 0; r < sizes[at(u)]; ++r) rows[at(filled++)] = ordered_row[at(u)] + r;
       }
-      starts.push_back(static_cast<int>(rows.size()));
+      starts.push_back(filled);
     }
   }
   values.assign(rows.size(), 0.0);
@@ -157,7 +164,10 @@ void BlockCholesky::Impl::analyze() {
   common.c.nmethods = 1;
   common.c.method[0].ordering = CHOLMOD_NATURAL;
   common.c.postorder = 0;
-  common.c.supernodal = CHOLMOD_AUTO;
+  // Without supernodes CHOLMOD transposes the matrix anew in every factorize(): in a large one that
+  // is 100 MB of fresh pages each time, and dearer than the products that supernodes waste.
+  constexpr int kLarge = 50000;
+  common.c.supernodal = n > kLarge ? CHOLMOD_SUPERNODAL : CHOLMOD_AUTO;
   cholmod_sparse A = matrix(damped);
   L = cholmod_analyze(&A, &common.c);
   LAMINA_CHECK(L != nullptr);

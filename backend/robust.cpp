@@ -66,9 +66,10 @@ class Rounds {
     MinimizerResult result = minimize_once(options, path);
     if (result.turns_too_far) {
       outcome_.equations.reset();
-      const TurningStart start = start_from_turns(graph_, total(result.initial_cost));
+      TurningStart start = start_from_turns(graph_, total(result.initial_cost));
       outcome_.iterations += result.iterations + start.iterations;
-      renew();
+      outcome_.equations = std::move(start.equations);
+      if (!outcome_.equations) renew();
       const CostByType initial_cost = result.initial_cost;
       result = minimize_once(options, {.positions_follow = true});
       result.initial_cost = initial_cost;

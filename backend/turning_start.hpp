@@ -1,9 +1,11 @@
 // A start for graphs that have drifted too far to be linear: directions first, then positions.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include <lamina/backend/graph.hpp>
+#include <lamina/backend/normal_equations.hpp>
 
 namespace lamina {
 
@@ -23,8 +25,9 @@ GraphStates states_of(const Graph& graph);
 void put_back(const GraphStates& states, Graph& graph);
 
 struct TurningStart {
-  int iterations = 0;     ///< linear systems solved
-  bool accepted = false;  ///< false: the cost did not fall, the graph is as it was
+  int iterations = 0;  ///< linear systems solved
+  /// At the start, to go on from. Null when the cost did not fall: the graph is as it was.
+  std::unique_ptr<NormalEquations> equations;
 };
 
 /// Turns alone are a benign problem however long the path is: rotations between keyframes and tilts
