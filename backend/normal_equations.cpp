@@ -98,32 +98,44 @@ void NormalEquations::step(const Eigen::VectorXd& d, bool further) {
     if (!further) kind.before = kind.now;
     for (std::size_t i = 0; i < kind.now.size(); ++i) {
       if (kind.variable[i] == kHeld) continue;
-      kind.now[i] = kind.now[i].plus(
-          d.template segment<State::kTangent>(impl_->matrix->row_of(kind.variable[i])));
+      const int row = impl_->matrix->row_of(kind.variable[i]);
+      if (impl_->states.turns_only) {
+        using Columns = TurningColumns<State>;
+        Eigen::Matrix<double, State::kTangent, 1> turn;
+        turn.setZero();
+        turn.template segment<Columns::kCount>(Columns::kFirst) =
+            d.template segment<Columns::kCount>(row);
+        kind.now[i] = kind.now[i].plus(turn);
+      } else {
+        kind.now[i] = kind.now[i].plus(d.template segment<State::kTangent>(row));
+      }
     }
   });
   impl_->carry_anchors(normals);
 }
 
 Eigen::VectorXd NormalEquations::turning() const {
+  if (impl_->states.turns_only) return Eigen::VectorXd::Ones(dimension());
   Eigen::VectorXd turns = Eigen::VectorXd::Zero(dimension());
-  const auto mark = [&](const auto& kind, int first, int count) {
+  const auto mark = [&]<class State>(const States<State>& kind) {
+    using Columns = TurningColumns<State>;
     for (const int variable : kind.variable) {
-      if (variable != kHeld)
-        turns.segment(impl_->matrix->row_of(variable) + first, count).setOnes();
+      if (variable == kHeld) continue;
+      turns.segment<Columns::kCount>(impl_->matrix->row_of(variable) + Columns::kFirst).setOnes();
     }
   };
-  mark(impl_->states.poses, 3, 3);
-  mark(impl_->states.planes, 0, 2);
-  mark(impl_->states.extrinsics, 0, 2);
+  mark(impl_->states.poses);
+  mark(impl_->states.planes);
+  mark(impl_->states.extrinsics);
   return turns;
 }
 
 double NormalEquations::largest_turn(const Eigen::VectorXd& d) const {
+  const int first = impl_->states.turns_only ? 0 : TurningColumns<PoseState>::kFirst;
   double most = 0;
   for (const int variable : impl_->states.poses.variable) {
     if (variable == kHeld) continue;
-    most = std::max(most, d.segment<3>(impl_->matrix->row_of(variable) + 3).norm());
+    most = std::max(most, d.segment<3>(impl_->matrix->row_of(variable) + first).norm());
   }
   return most;
 }

@@ -28,14 +28,16 @@ using CostByType = std::array<double, kFactorTypes>;
 class NormalEquations {
  public:
   /// Which residuals are taken in. kTurns: those of directions alone (rotations between keyframes,
-  /// tilts of planes), which do not ask where anything is; surfels are left out.
+  /// tilts of planes), which do not ask where anything is; then only what turns is a variable, and
+  /// surfels are left out.
   enum class Terms { kAll, kTurns };
   explicit NormalEquations(const Graph& graph, Terms terms = Terms::kAll);
   ~NormalEquations();
   NormalEquations(const NormalEquations&) = delete;
   NormalEquations& operator=(const NormalEquations&) = delete;
 
-  int dimension() const;  ///< columns: 6 a free pose, 3 a free plane, surfel, extrinsics
+  /// Columns: 6 a free pose, 3 a free plane, surfel, extrinsics; of turns 3 and 2.
+  int dimension() const;
   /// New weights for the factors that were taken in.
   void set_weights(const RobustWeights& weights);
   /// Assembles J^T J and J^T r at the current states; returns the cost by type.

@@ -63,8 +63,6 @@ struct NormalEquations::Impl {
   std::vector<Eigen::Vector4d> middles;
   std::vector<bool> anchor_is_fixed;  ///< held, or a marginal prior over several states has it
 
-  bool turns_only = false;
-
   Impl(const Graph& graph, Terms terms);
   void make_states(const Graph& graph);
   void make_pose_terms(const Graph& graph);
@@ -83,6 +81,7 @@ struct NormalEquations::Impl {
   void each_kind(F&& f);
   CostByType evaluate(Eigen::VectorXd* out) const;
   double evaluate(const Marginal& marginal, Eigen::VectorXd* out) const;
+  static Eigen::MatrixXd turning_columns(const Eigen::MatrixXd& J, const Marginal& marginal);
   std::vector<int> variables(const Marginal& marginal) const;
 };
 

@@ -5,11 +5,12 @@ namespace lamina {
 
 using namespace detail;
 
-NormalEquations::Impl::Impl(const Graph& graph, Terms terms) : turns_only(terms == Terms::kTurns) {
+NormalEquations::Impl::Impl(const Graph& graph, Terms terms) {
+  states.turns_only = terms == Terms::kTurns;
   make_states(graph);
   make_pose_terms(graph);
   make_plane_terms(graph);
-  if (!turns_only) make_surfel_terms(graph);
+  if (!states.turns_only) make_surfel_terms(graph);
   make_marginals(graph);
   std::vector<std::pair<int, int>> pairs;
   each_group([&](FactorType, auto& group, const auto&) { group.pairs(states, pairs); });
@@ -28,25 +29,26 @@ NormalEquations::Impl::Impl(const Graph& graph, Terms terms) : turns_only(terms 
 }
 
 void NormalEquations::Impl::make_states(const Graph& graph) {
-  const auto add = [this](auto& kind, auto state, bool held, int size) {
+  const auto add = [this]<class State>(States<State>& kind, const State& state, bool held) {
     kind.now.push_back(state);
     kind.variable.push_back(held ? kHeld : static_cast<int>(sizes.size()));
-    if (!held) sizes.push_back(size);
+    if (held) return;
+    sizes.push_back(states.turns_only ? TurningColumns<State>::kCount : State::kTangent);
   };
   states.poses.now.reserve(graph.keyframes.size());
   for (const Keyframe& k : graph.keyframes) {
-    add(states.poses, PoseState(k.T_map_body), k.fixed, PoseState::kTangent);
+    add(states.poses, PoseState(k.T_map_body), k.fixed);
   }
   for (const PlaneLandmark& p : graph.planes) {
-    add(states.planes, PlaneState(p.plane_anchor), p.fixed || !p.active, PlaneState::kTangent);
+    add(states.planes, PlaneState(p.plane_anchor), p.fixed || !p.active);
     anchors.push_back(p.anchor_map);
     anchor_is_fixed.push_back(p.fixed || !p.active);
   }
   for (const SurfelLandmark& s : graph.surfels) {
-    add(states.surfels, FlatState(s.state), false, FlatState::kTangent);
+    add(states.surfels, FlatState(s.state), states.turns_only);
   }
   for (const Extrinsics& e : graph.extrinsics) {
-    add(states.extrinsics, FlatState(e.state), !e.estimate, FlatState::kTangent);
+    add(states.extrinsics, FlatState(e.state), !e.estimate);
   }
 }
 
@@ -60,7 +62,7 @@ int index_in(const StateVector& states, const State& state) {
 void NormalEquations::Impl::make_pose_terms(const Graph& graph) {
   const auto pose = [&](KeyframeId id) { return index_in(graph.keyframes, graph.at(id)); };
   const auto told = [this](auto factor, int positions) {
-    if (turns_only) factor.sqrt_information.leftCols(positions).setZero();
+    if (states.turns_only) factor.sqrt_information.leftCols(positions).setZero();
     return factor;
   };
   for (const auto& f : graph.odometry) {
@@ -77,7 +79,7 @@ void NormalEquations::Impl::make_pose_terms(const Graph& graph) {
     loop_factor.push_back(i);
     loop_weights.push_back(f.weight);
   }
-  for (const auto& f : graph.priors) priors.add(PriorTerm(f), {pose(f.keyframe)});
+  for (const auto& f : graph.priors) priors.add(PriorTerm(told(f, 3)), {pose(f.keyframe)});
   for (const auto& f : graph.gravity) gravity.add(GravityTerm(f), {pose(f.keyframe)});
   for (const auto& e : graph.extrinsics) {
     if (e.estimate) {
@@ -88,7 +90,7 @@ void NormalEquations::Impl::make_pose_terms(const Graph& graph) {
 
 void NormalEquations::Impl::make_plane_terms(const Graph& graph) {
   const auto told = [this](const Moments& m) {
-    return turns_only ? Moments(0, m.mean(), m.scatter(), m.count()) : m;
+    return states.turns_only ? Moments(0, m.mean(), m.scatter(), m.count()) : m;
   };
   moments_count = graph.plane_moments.size();
   for (std::size_t i = 0; i < moments_count; ++i) {
@@ -114,7 +116,7 @@ void NormalEquations::Impl::make_plane_terms(const Graph& graph) {
   for (std::size_t i = 0; i < segment_count; ++i) {
     SegmentFactor f = graph.segments[i];
     if (!(f.weight > 0)) continue;
-    if (turns_only) f.sqrt_information.col(1).setZero();
+    if (states.turns_only) f.sqrt_information.col(1).setZero();
     const PlaneLandmark& plane = graph.at(f.plane);
     segments.add(SegmentTerm(f, plane.anchor_map),
                  {index_in(graph.keyframes, graph.at(f.keyframe)), index_in(graph.planes, plane)});
@@ -227,6 +229,21 @@ std::vector<int> NormalEquations::Impl::variables(const Marginal& marginal) cons
   return v;
 }
 
+Eigen::MatrixXd NormalEquations::Impl::turning_columns(const Eigen::MatrixXd& J,
+                                                       const Marginal& marginal) {
+  std::vector<Eigen::Index> kept;
+  Eigen::Index column = 0;
+  const auto keep = [&](int first, int count, int size) {
+    for (int k = 0; k < count; ++k) kept.push_back(column + first + k);
+    column += size;
+  };
+  using Pose = TurningColumns<PoseState>;
+  using Other = TurningColumns<PlaneState>;
+  for (std::size_t i = 0; i < marginal.poses.size(); ++i) keep(Pose::kFirst, Pose::kCount, 6);
+  while (column < J.cols()) keep(Other::kFirst, Other::kCount, 3);
+  return J(Eigen::all, kept);
+}
+
 double NormalEquations::Impl::evaluate(const Marginal& marginal, Eigen::VectorXd* out) const {
   std::vector<PoseState> poses;
   std::vector<PlaneState> planes;
@@ -250,15 +267,18 @@ double NormalEquations::Impl::evaluate(const Marginal& marginal, Eigen::VectorXd
         J.col(2) * ((anchors[p] - graph_anchors[p]).transpose() * states.planes.now[p].B);
   }
   const std::vector<int> v = variables(marginal);
+  if (states.turns_only) J = turning_columns(J, marginal);
+  const Eigen::Index pose_size = states.turns_only ? TurningColumns<PoseState>::kCount : 6;
+  const Eigen::Index other_size = states.turns_only ? TurningColumns<PlaneState>::kCount : 3;
   const Eigen::MatrixXd H = J.transpose() * J;
   const Eigen::VectorXd g = J.transpose() * r;
   Eigen::Index row = 0;
   for (std::size_t a = 0; a < v.size(); ++a) {
-    const Eigen::Index rows = a < poses.size() ? 6 : 3;
+    const Eigen::Index rows = a < poses.size() ? pose_size : other_size;
     Eigen::Index column = row;
     if (v[a] != kHeld) out->segment(matrix->row_of(v[a]), rows) += g.segment(row, rows);
     for (std::size_t b = a; b < v.size(); ++b) {
-      const Eigen::Index columns = b < poses.size() ? 6 : 3;
+      const Eigen::Index columns = b < poses.size() ? pose_size : other_size;
       if (v[a] != kHeld && v[b] != kHeld) {
         matrix->slot(v[a], v[b]).add_block(H.block(row, column, rows, columns));
       }

@@ -27,6 +27,24 @@ struct AllStates {
   States<PlaneState> planes;
   States<FlatState> surfels;
   States<FlatState> extrinsics;
+  /// Only the columns that turn something are variables; where anything is stays as it is.
+  bool turns_only = false;
+};
+
+/// Which columns of a state's tangent turn it. Surfels are held where turns alone are asked for.
+template <class State>
+struct TurningColumns;
+template <>
+struct TurningColumns<PoseState> {
+  static constexpr int kFirst = 3, kCount = 3;
+};
+template <>
+struct TurningColumns<PlaneState> {
+  static constexpr int kFirst = 0, kCount = 2;
+};
+template <>
+struct TurningColumns<FlatState> {
+  static constexpr int kFirst = 0, kCount = 2;  // roll, pitch of extrinsics
 };
 
 // Which kind of state a term's argument is.
@@ -147,14 +165,24 @@ class Group {
       ((std::get<I>(J) *= root), ...);
     }
     const BlockSlot* slot = &slots_[K * (K + 1) / 2 * i];
-    (scatter_row<I>(J, r, rows_[i], slot, *gradient), ...);
+    if (states.turns_only) {
+      const std::tuple turning(turning_columns<typename Kinds::State>(std::get<I>(J))...);
+      (scatter_row<I>(turning, r, rows_[i], slot, *gradient), ...);
+    } else {
+      (scatter_row<I>(J, r, rows_[i], slot, *gradient), ...);
+    }
     return cost;
   }
 
-  template <std::size_t A>
-  static void scatter_row(const typename Term::Jacobians& J,
-                          const Eigen::Matrix<double, Term::kResiduals, 1>& r, const Index& rows,
-                          const BlockSlot*& slot, Eigen::VectorXd& gradient) {
+  template <class State, class J>
+  static auto turning_columns(const J& all) {
+    using Columns = TurningColumns<State>;
+    return all.template middleCols<Columns::kCount>(Columns::kFirst).eval();
+  }
+
+  template <std::size_t A, class Jacobians>
+  static void scatter_row(const Jacobians& J, const Eigen::Matrix<double, Term::kResiduals, 1>& r,
+                          const Index& rows, const BlockSlot*& slot, Eigen::VectorXd& gradient) {
     if (rows[A] == kHeld) {
       slot += K - A;
       return;
@@ -164,14 +192,13 @@ class Group {
     gradient.segment<kSize>(rows[A]).noalias() += J_a.transpose() * r;
     scatter_from<A, A>(J, rows, slot);
   }
-  template <std::size_t A, std::size_t B>
-  static void scatter_from(const typename Term::Jacobians& J, const Index& rows,
-                           const BlockSlot*& slot) {
+  template <std::size_t A, std::size_t B, class Jacobians>
+  static void scatter_from(const Jacobians& J, const Index& rows, const BlockSlot*& slot) {
     if (rows[B] != kHeld) {
       // Both blocks of one variable (a surfel seen from its carrier): J_a^T J_b + J_b^T J_a.
       slot->add(std::get<A>(J), std::get<B>(J));
-      if constexpr (A != B && std::is_same_v<std::tuple_element_t<A, typename Term::Jacobians>,
-                                             std::tuple_element_t<B, typename Term::Jacobians>>) {
+      if constexpr (A != B && std::is_same_v<std::tuple_element_t<A, Jacobians>,
+                                             std::tuple_element_t<B, Jacobians>>) {
         if (rows[A] == rows[B]) slot->add(std::get<B>(J), std::get<A>(J));
       }
     }
