@@ -209,6 +209,21 @@ Tracks numbered(const std::vector<View>& views, std::vector<std::size_t> root,
   return tracks;
 }
 
+/// Half the width of what was seen, along u: of points spread evenly, sqrt(3) standard deviations.
+double half_width(const Moments& moments, const Eigen::Vector3d& u) {
+  return std::sqrt(3 * u.dot(moments.scatter() * u) / moments.weight());
+}
+
+/// Pieces of one plane that are no further apart than either is wide may be one surface; walls of
+/// two rooms that happen to stand in line are not.
+bool near_each_other(const Moments& a, const Moments& b) {
+  const Eigen::Vector3d d = b.mean() - a.mean();
+  const double distance = d.norm();
+  if (!(distance > 0)) return true;
+  const double width_a = half_width(a, d / distance), width_b = half_width(b, d / distance);
+  return distance <= width_a + width_b + 2 * std::min(width_a, width_b);
+}
+
 }  // namespace
 
 Tracks geometric_tracks(const Graph& graph, double inlier_chi2) {
@@ -229,6 +244,7 @@ Tracks geometric_tracks(const Graph& graph, double inlier_chi2) {
       if (second.sighting.keyframe > first.sighting.keyframe + kKeyframesAhead) break;
       if (second.sighting.keyframe == first.sighting.keyframe) continue;
       if (!(first.normal_map.dot(second.normal_map) > kSameSide)) continue;
+      if (!near_each_other(first.sighting.moments_map, second.sighting.moments_map)) continue;
       const double chi2 = disagreement(first.sighting, second.sighting, drift, second.normal_map,
                                        first.position_map);
       if (!(chi2 <= inlier_chi2)) continue;

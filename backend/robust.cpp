@@ -6,6 +6,7 @@
 
 #include <lamina/backend/consensus.hpp>
 #include <lamina/backend/plane_refit.hpp>
+#include <lamina/backend/track_planes.hpp>
 #include <lamina/backend/turning_start.hpp>
 
 namespace lamina {
@@ -218,34 +219,22 @@ bool hear_again(Graph& graph, const RefineOptions& options, RobustOutcome& outco
          settle(graph, options, outcome, rounds);
 }
 
-/// A track is decided as a whole: views of it that were rejected under their own names are heard
-/// again under the track's, as factors that the graph has for this solve alone. The names stay
-/// rejected; where the robot was is told by all that it saw.
-void hear_under_names_of_tracks(Graph& graph, const Tracks& tracks, const RefineOptions& options,
-                                RobustOutcome& outcome, Rounds& rounds) {
+/// A track is decided as a whole: its rejected views are heard as views of the surface it saw.
+/// Where the robot was is told by all that it saw, whatever it was named.
+void hear_tracks(Graph& graph, const Tracks& tracks, const RefineOptions& options,
+                 RobustOutcome& outcome, Rounds& rounds) {
   constexpr int kHearings = 2;
-  const std::size_t own = graph.plane_moments.size();
+  const TrackViews heard(graph);
   bool going = true;
   for (int hearing = 0; hearing < kHearings && going; ++hearing) {
     rounds.write();
-    graph.plane_moments.resize(own);
-    const std::vector<PlaneId> names =
-        names_of_tracks(graph, tracks, kWideHearing * options.inlier_chi2);
-    for (std::size_t i = 0; i < own; ++i) {
-      const int t = tracks.track[i];
-      if (t == Tracks::kNone || graph.plane_moments[i].weight >= 0.5) continue;
-      const PlaneId name = names[static_cast<std::size_t>(t)];
-      if (name == PlaneId::kNone || name == graph.plane_moments[i].plane) continue;
-      PlaneMomentsFactor factor = graph.plane_moments[i];
-      factor.plane = name;
-      factor.weight = 1;
-      graph.plane_moments.push_back(factor);
-    }
-    if (graph.plane_moments.size() == own) return;
+    heard.remove(graph);
+    if (!heard.add(graph, tracks, kWideHearing * options.inlier_chi2)) return;
+    rounds.renew();
     going = hear_again(graph, options, outcome, rounds);
   }
   rounds.write();
-  graph.plane_moments.resize(own);
+  heard.remove(graph);
 }
 
 /// What the plain solution says about the doubtful factors.
@@ -261,46 +250,6 @@ Verdict judge(RobustWeights chi2, double limit) {
   // A few far out in a solution they did not bend need no fresh start.
   const bool few = beyond <= std::max<std::size_t>(1, all / 500) && largest(chi2) < 10 * limit;
   return few ? Verdict::kFewOutliers : Verdict::kContradiction;
-}
-
-/// The path that odometry and the tracks themselves tell: every track a plane of its own, whatever
-/// its views are named. No name is believed, no place met again: drift remains, but what is left of
-/// it is far less than odometry's, and wrong names stand out against it.
-void follow_tracks(Graph& graph, const Tracks& tracks, const RefineOptions& options) {
-  Graph path = graph;
-  path.planes.clear();
-  path.plane_moments.clear();
-  path.segments.clear();
-  path.loops.clear();
-  path.surfels.clear();
-  path.surfel_moments.clear();
-  path.surfel_parents.clear();
-  path.marginal_priors.clear();
-  for (int t = 0; t < tracks.count; ++t) path.add_plane(PlaneLandmark());
-  const auto first = static_cast<std::size_t>(graph.next_plane);
-  for (std::size_t i = 0; i < graph.plane_moments.size(); ++i) {
-    if (tracks.track[i] == Tracks::kNone) continue;
-    PlaneMomentsFactor factor = graph.plane_moments[i];
-    const std::size_t t = static_cast<std::size_t>(tracks.track[i]);
-    factor.plane = PlaneId(static_cast<std::int64_t>(first + t));
-    factor.weight = 1;
-    PlaneLandmark& plane = path.planes[t];
-    if (plane.observations++ == 0) {
-      const SE3& T = path.at(factor.keyframe).T_map_body;
-      plane.anchor_map = T * factor.moments_body.mean();
-      const auto fit = factor.moments_body.fit_plane(Eigen::Vector3d::Zero(), 1.0);
-      if (fit) plane.plane_anchor = (T * fit->plane).about(plane.anchor_map);
-    }
-    path.plane_moments.push_back(factor);
-  }
-  fit_planes_to_evidence(path);
-  NormalEquations equations(path);
-  MinimizerOptions minimizer = options.minimizer;
-  minimizer.initial_damping = std::max(1e-10, minimizer.initial_damping);
-  minimize(equations, minimizer);
-  equations.write(path);
-  graph.keyframes = std::move(path.keyframes);
-  graph.extrinsics = std::move(path.extrinsics);
 }
 
 /// From scratch: candidates by agreement, kernels from wide to narrow, then all factors judged.
@@ -360,10 +309,10 @@ RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
   // The plain solution was never written: the graph is still where it began.
   if (verdict == Verdict::kContradiction && named_wrong) {
     const Tracks tracks = geometric_tracks(graph, options.inlier_chi2);
-    follow_tracks(graph, tracks, options);
+    follow_tracks(graph, tracks, options.minimizer);
     if (solve_doubting(graph, agreement_of(graph, tracks), options, outcome, rounds)) {
       hear_again(graph, options, outcome, rounds);
-      hear_under_names_of_tracks(graph, tracks, options, outcome, rounds);
+      hear_tracks(graph, tracks, options, outcome, rounds);
     }
   } else if (verdict == Verdict::kContradiction) {
     solve_doubting(graph, agreement, options, outcome, rounds);

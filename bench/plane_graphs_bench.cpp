@@ -3,6 +3,9 @@
 //   plane_graphs_bench [--repeat N] [--robust] [--verbose] [--wrong SHARE] FILE... [--rooms N]...
 //   plane_graphs_bench --from-truth FILE...     starts at the truth: the same minimum?
 //   plane_graphs_bench --growth      from 110 to 100,000 keyframes: time, memory, fitted exponents
+//   plane_graphs_bench --names SHARE FIRST LAST
+//       nine rooms of seeds FIRST to LAST with a share of wrong names: ATE over that with right
+//       ones
 //
 // --rooms N generates N rooms of 22 poses in two laps (909: 20,000 poses; 4546: 100,000). Times are
 // of the process's CPU, so that a busy machine does not show in them.
@@ -81,6 +84,29 @@ void growth(const lamina::RefineOptions& options) {
               exponent(keyframes, seconds), exponent(keyframes, memory));
 }
 
+double ate_of(const lamina::test::RoomOptions& rooms) {
+  return lamina::solve_plane_graph(lamina::test::make_rooms(rooms)).ate_m;
+}
+
+void wrong_names(double share, int first, int last) {
+  double ate = 0, clean = 0, ratios = 0, worst = 0;
+  for (int seed = first; seed <= last; ++seed) {
+    lamina::test::RoomOptions rooms;
+    rooms.seed = static_cast<std::uint64_t>(seed);
+    const double right = ate_of(rooms);
+    rooms.wrong = share;
+    const double wrong = ate_of(rooms);
+    ate += wrong;
+    clean += right;
+    ratios += wrong / right;
+    worst = std::max(worst, wrong / right);
+  }
+  std::printf(
+      "%.0f %% wrong names, seeds %d to %d: ATE over clean %.2f in the sum, %.2f in the mean, "
+      "%.2f at worst\n",
+      100 * share, first, last, ate / clean, ratios / (last - first + 1), worst);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -102,6 +128,9 @@ int main(int argc, char** argv) {
       growth(options);
     } else if (std::strcmp(argv[i], "--verbose") == 0) {
       verbose = true;
+    } else if (std::strcmp(argv[i], "--names") == 0 && i + 3 < argc) {
+      wrong_names(std::atof(argv[i + 1]), std::atoi(argv[i + 2]), std::atoi(argv[i + 3]));
+      i += 3;
     } else if (std::strcmp(argv[i], "--wrong") == 0 && i + 1 < argc) {
       wrong = std::atof(argv[++i]);
     } else if (std::strcmp(argv[i], "--rooms") == 0 && i + 1 < argc) {
