@@ -117,6 +117,17 @@ double innovation_chi_squared(const PlaneEvidence& evidence, const SE3& T,
   return e.allFinite() ? e.squaredNorm() : std::numeric_limits<double>::infinity();
 }
 
+double disagreement_in_view(const PlaneEvidence& a, const PlaneEvidence& b,
+                            const AssociationOptions& options) {
+  if (a.partial || b.partial) return 0;
+  const auto alone = [&options](const PlaneEvidence& e) {
+    return e.moments_body.discounted(e.plane_body.normal(), surface_floor(e, options));
+  };
+  Moments both = alone(a);
+  both.merge(alone(b));
+  return symmetric_eigen(both.scatter()).values(0);
+}
+
 AssociationDecision associate(const PlaneEvidence& evidence, const SE3& T,
                               std::span<const AssociationCandidate> candidates,
                               const AssociationOptions& options) {

@@ -82,6 +82,12 @@ double innovation_chi_squared(const PlaneEvidence& evidence, const SE3& T_map_bo
                               const AssociationCandidate& candidate,
                               const AssociationOptions& options);
 
+/// Chi-squared, 3 degrees, of two full views of one moment being one plane: no pose stands between
+/// them, so that a slab of 4 cm before a wall is told from it however unsure the pose is. Partial
+/// views: 0.
+double disagreement_in_view(const PlaneEvidence& a, const PlaneEvidence& b,
+                            const AssociationOptions& options);
+
 /// Best candidate inside all gates. `candidates` are near already (PlaneIndex).
 AssociationDecision associate(const PlaneEvidence& evidence, const SE3& T_map_body,
                               std::span<const AssociationCandidate> candidates,

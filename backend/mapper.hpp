@@ -124,6 +124,8 @@ class Mapper {
   // One step of add() each, in this order.
   void predict(Step& step) const;
   void associate_all(Step& step);
+  /// Of two views of one moment that went to one plane and cannot be of one: the worse is let go.
+  void part_what_one_view_tells_apart(Step& step) const;
   bool wants_keyframe(const Step& step) const;
   void start_keyframe(Step& step);
   void gather(Step& step);

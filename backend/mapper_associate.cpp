@@ -182,19 +182,48 @@ std::optional<std::size_t> Mapper::forming_plane(
   return static_cast<std::size_t>(match.plane);
 }
 
+void Mapper::part_what_one_view_tells_apart(Step& step) const {
+  auto& decisions = step.result.decisions;
+  const double gate = options_.association.gate_full;
+  for (std::size_t i = 0; i < decisions.size(); ++i) {
+    for (std::size_t j = i + 1; j < decisions.size(); ++j) {
+      if (decisions[i].plane == PlaneId::kNone || decisions[i].plane != decisions[j].plane)
+        continue;
+      if (!(disagreement_in_view(step.evidence[i], step.evidence[j], options_.association) >
+            gate)) {
+        continue;
+      }
+      AssociationDecision& worse =
+          decisions[decisions[i].chi_squared > decisions[j].chi_squared ? i : j];
+      worse.plane = PlaneId::kNone;
+      worse.reason = AssociationReason::kChiSquared;
+    }
+  }
+}
+
 void Mapper::associate_all(Step& step) {
   auto young = tentative_candidates(step.T_map_body);
   for (auto& c : young) {
     c.covariance = carried(c.covariance, step.estimate.T_keyframe_body, step.estimate.covariance);
   }
   for (std::size_t i = 0; i < step.evidence.size(); ++i) {
-    const AssociationDecision decision = associate_one(i, step);
+    step.result.decisions.push_back(associate_one(i, step));
+  }
+  part_what_one_view_tells_apart(step);
+  for (std::size_t i = 0; i < step.evidence.size(); ++i) {
+    const AssociationDecision& decision = step.result.decisions[i];
     std::optional<std::size_t> forming;
     if (decision.plane == PlaneId::kNone && decision.reason != AssociationReason::kTooWeak &&
         decision.reason != AssociationReason::kAmbiguous) {
       forming = forming_plane(i, step, young);
     }
-    step.result.decisions.push_back(decision);
+    for (std::size_t j = 0; j < i && forming; ++j) {
+      if (step.tentative[j] == forming &&
+          disagreement_in_view(step.evidence[j], step.evidence[i], options_.association) >
+              options_.association.gate_full) {
+        forming.reset();
+      }
+    }
     step.tentative.push_back(forming);
   }
 }

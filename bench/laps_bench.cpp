@@ -1,5 +1,7 @@
 // Memory of many laps of one building: what the mapper keeps after each.
-//   laps_bench [LAPS]      default 50
+//   laps_bench [LAPS]               default 50
+//   laps_bench doubles FIRST LAST   two laps that do not know each other's walls, seeds FIRST to
+//   LAST
 // A made-up room driven round and round, depth camera and scanner; loops between laps and
 // refinements as `lamina map --mode online` has them. Prints the heap (mallinfo2) and what is in
 // it.
@@ -7,6 +9,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <map>
 
@@ -108,9 +111,25 @@ void run(int laps) {
   }
 }
 
+void merge_doubles(unsigned first, unsigned last) {
+  made_up::Doubles doubles;
+  for (unsigned seed = first; seed <= last; ++seed) {
+    Mapper mapper = made_up::doubled(seed, made_up::make_room_with_slab());
+    doubles.refine(mapper);
+  }
+  std::printf(
+      "%d planes stood twice, %d are left; %d panels merged into another, %d planes on none\n",
+      doubles.before, doubles.left, doubles.wrong, doubles.strange);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 4 && std::strcmp(argv[1], "doubles") == 0) {
+    merge_doubles(static_cast<unsigned>(std::atoi(argv[2])),
+                  static_cast<unsigned>(std::atoi(argv[3])));
+    return 0;
+  }
   const int laps = argc > 1 ? std::atoi(argv[1]) : 50;
   run(laps > 0 ? laps : 50);
   return 0;

@@ -97,6 +97,18 @@ TEST(Associate, TwoThatFitAlikeAreUsedForNeither) {
   EXPECT_EQ(associate(seen, SE3(), two, {}).plane, PlaneId(2));
 }
 
+TEST(Associate, OneViewTellsASlabFromItsWall) {
+  const AssociationOptions options;
+  const Plane wall({-1, 0, 0}, -3), slab({-1, 0, 0}, -2.96);
+  const PlaneEvidence here = square_of(wall, {3, 0, 1}), beside = square_of(wall, {3, 1.5, 1});
+  const PlaneEvidence before = square_of(slab, {3, 1.5, 1});
+  EXPECT_LT(disagreement_in_view(here, beside, options), 1);
+  EXPECT_GT(disagreement_in_view(here, before, options), options.gate_full);
+  PlaneEvidence stroke = before;
+  stroke.partial = true;  // a stroke's normal is not seen
+  EXPECT_EQ(disagreement_in_view(here, stroke, options), 0);
+}
+
 TEST(PlaneIndex, FindsWhatIsNearAndFollowsRenames) {
   PlaneIndex index(1.5);
   const std::vector<Eigen::Vector3d> here{{0, 0, 0}, {1, 0, 0}}, there{{20, 0, 0}};

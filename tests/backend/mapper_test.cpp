@@ -170,6 +170,30 @@ TEST(Mapper, FloorOfManyLapsTakesTheRoomOfOne) {
   EXPECT_LT(after.rms, 1.1 * before.rms + 1e-4);
 }
 
+// Where the body is is known to 2 cm, so the gate lets a slab 4 cm before a wall pass for the wall;
+// an image that shows both tells them apart.
+TEST(Mapper, OneViewTellsASlabFromItsWall) {
+  const std::vector<Panel> wall{{Plane({-1, 0, 0}, -5), {5, 0, 1.25}, {1.25, 3}}};
+  std::vector<Panel> both = wall;
+  both.push_back({Plane({-1, 0, 0}, -4.96), {4.96, 0, 0.8}, {0.7, 0.9}});
+  Sensor sensor(3);
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.diagonal() << 4e-4, 4e-4, 1e-8, 1e-8, 1e-8, 4e-6;
+  Mapper mapper;
+  int together = 0;
+  for (std::size_t i = 0; i < 20; ++i) {
+    const SE3 T_map_body = SE3::planar(0.1 * static_cast<double>(i), 0, 0);
+    const AddResult added = mapper.add(sensor.depth(T_map_body, at_frame(i), i < 10 ? wall : both),
+                                       i == 0 ? SE3() : SE3::planar(0.1, 0, 0), covariance);
+    if (i < 10) continue;
+    ASSERT_EQ(added.decisions.size(), 2u);
+    together += added.decisions[0].plane != PlaneId::kNone &&
+                added.decisions[0].plane == added.decisions[1].plane;
+  }
+  EXPECT_EQ(together, 0);
+  EXPECT_EQ(mapper.map().planes.size(), 2u);
+}
+
 TEST(Mapper, SameInputSameResult) {
   const Drive drive(120, 180, 9);
   const auto room = make_room();
