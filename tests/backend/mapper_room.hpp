@@ -214,7 +214,7 @@ inline std::vector<Panel> make_room_with_slab() {
 struct Doubles {
   int before = 0, left = 0;
   int wrong = 0;    // panels whose plane went into another's
-  int strange = 0;  // planes that are on no panel
+  int strange = 0;  // planes that are on no panel, before and after
 
   void refine(Mapper& mapper) {
     const std::vector<int> were = planes_on_panels(mapper);
@@ -225,7 +225,7 @@ struct Doubles {
       left += std::max(0, are[k] - 1);
       wrong += were[k] > 0 && are[k] == 0 ? 1 : 0;
     }
-    strange += are.back();
+    strange += were.back() + are.back();
   }
 
  private:
