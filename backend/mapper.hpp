@@ -160,6 +160,9 @@ class Mapper {
   std::size_t part_rejected(const std::vector<FactorRef>& rejected, PlanePairs& apart);
   std::size_t merge_lines();
   std::vector<std::pair<PlaneId, PlaneId>> merge_refined(const PlanePairs& apart);
+  std::size_t hear_merges(const RefineResult& refined, const RefineOptions& options,
+                          const PlanePairs& apart,
+                          const std::function<bool(const RefineProgress&)>& progress);
   void join_planes(PlaneId from, PlaneId into);
   std::size_t undo_contradicted(const std::vector<std::pair<PlaneId, PlaneId>>& merged,
                                 PlanePairs& apart);

@@ -190,6 +190,7 @@ RefineResult Mapper::settle_planes(RefineResult result, const RefineOptions& opt
   const int most_rounds = options.thorough ? 4 : 2;
   PlanePairs apart;
   std::vector<std::pair<PlaneId, PlaneId>> merged;
+  bool heard = false;
   for (int round = 0; round < most_rounds; ++round) {
     std::size_t changes = undo_contradicted(merged, apart) + stand_up_fallen();
     if (round == 0) {
@@ -200,6 +201,10 @@ RefineResult Mapper::settle_planes(RefineResult result, const RefineOptions& opt
     merged.clear();
     if (options_.merge_planes && round + 1 < most_rounds) merged = merge_refined(apart);
     changes += merged.size();
+    if (changes == 0 && options.thorough && options_.merge_planes && !heard) {
+      heard = true;
+      changes += hear_merges(result, options, apart, progress);
+    }
     if (changes == 0) break;
     remake_outlines();
     RefineOptions again = options;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <lamina/backend/mapper.hpp>
+#include <lamina/backend/merge_hearing.hpp>
 #include <lamina/backend/plane_doubles.hpp>
 #include <lamina/backend/plane_split.hpp>
 
@@ -104,6 +105,18 @@ std::vector<std::pair<PlaneId, PlaneId>> Mapper::merge_refined(const PlanePairs&
   return pairs;
 }
 
+// Planes that are seen through each other.
+std::size_t Mapper::hear_merges(const RefineResult& refined, const RefineOptions& options,
+                                const PlanePairs& apart,
+                                const std::function<bool(const RefineProgress&)>& progress) {
+  DoubleOptions doubles;
+  doubles.association = options_.association;
+  const auto pairs = hear_merges_together(
+      graph_, find_seen_through(graph_, outlines_, apart, doubles), refined, options, progress);
+  for (const auto& [from, into] : pairs) join_planes(from, into);
+  return pairs.size();
+}
+
 // In the window, where it is there, and in the graph.
 void Mapper::join_planes(PlaneId from, PlaneId into) {
   if (window_.contains(from)) {
@@ -133,6 +146,8 @@ std::size_t Mapper::undo_contradicted(const std::vector<std::pair<PlaneId, Plane
       if (of_it) ++(f.weight < 0.5 ? rejected : believed);
     }
     if (rejected <= believed) continue;
+    // One view that fitted and no longer does is mistaken, not the only one of another surface.
+    if (believed + rejected == 1) continue;
     apart.insert({pair->first, heir});
     undo_merge(pair->first);
     ++undone;

@@ -2,6 +2,7 @@
 #include <lamina/backend/plane_doubles.hpp>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +12,7 @@
 
 #include <lamina/backend/covariance.hpp>
 #include <lamina/backend/plane_neighbourhood.hpp>
+#include <lamina/models/linalg.hpp>
 
 namespace lamina {
 namespace {
@@ -25,8 +27,9 @@ constexpr int kFewViews = 6;                  // too few to say there are two pl
 constexpr double kFewShare = 0.02;            // or this share of the other plane's
 constexpr double kThin = 0.03;                // m: how far such views may be off all over
 constexpr double kThinAngle = 5 * kDegree;    // and turned
-constexpr double kCovered = 0.6;              // of their outline lies in the other's
-constexpr double kMostOff = 0.3;              // m: one wall stands no further apart
+constexpr double kWide = 0.35;    // m: narrower, an outline's cells reach over it from both sides
+constexpr double kCovered = 0.6;  // of their outline lies in the other's
+constexpr double kMostOff = 0.3;  // m: one wall stands no further apart
 constexpr double kSameSide = 60 * kDegree;
 constexpr double kAlike = 2.0;  // chi-squared: no telling which of two fits
 
@@ -90,6 +93,16 @@ class Sets {
   std::map<PlaneId, PlaneId> parent_;
   std::map<PlaneId, std::set<PlaneId>> members_;
 };
+
+// Of the outline, m: its area over its longest extent.
+double width_of(const OutlineGrid& outline) {
+  Eigen::AlignedBox2d box;
+  for (const auto& [i, j] : outline.cells()) {
+    box.extend(outline.cell_size() * Eigen::Vector2d(i, j));
+    box.extend(outline.cell_size() * Eigen::Vector2d(i + 1, j + 1));
+  }
+  return box.isEmpty() ? 0 : outline.area() / box.diagonal().norm();
+}
 
 // Share of `small`'s outline that lies in `large`'s, and how far from its plane at most.
 struct Cover {
@@ -209,6 +222,69 @@ std::vector<std::pair<PlaneId, PlaneId>> find_slivers(
     if (!best.count(choice.second)) slivers.emplace_back(a, choice.second);
   }
   return slivers;
+}
+
+std::vector<std::pair<PlaneId, PlaneId>> find_seen_through(
+    const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
+    const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options) {
+  const PlaneNeighbourhood near(graph, outlines, options.association.max_gap_m, false);
+  std::map<PlaneId, std::map<KeyframeId, Moments>> views;
+  for (const auto& f : graph.plane_moments) {
+    if (f.weight >= 0.5) views[f.plane][f.keyframe].merge(f.moments_body);
+  }
+  // Whether a keyframe's views of both cannot be of one plane: no pose stands between them. The
+  // plane may lean a little: strokes of one scan all lie in the scan's own plane.
+  const double lean = 1 / std::pow(options.association.max_angle_deg * kDegree, 2);
+  const auto told_apart = [&](PlaneId a, PlaneId b) {
+    const auto& of_b = views[b];
+    return std::any_of(views[a].begin(), views[a].end(), [&](const auto& view) {
+      const auto other = of_b.find(view.first);
+      if (other == of_b.end()) return false;
+      Moments both = view.second;
+      both.merge(other->second);
+      const Eigen::Vector3d n_body =
+          graph.at(view.first).T_map_body.so3().inverse() * graph.at(b).plane_anchor.normal();
+      const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - n_body * n_body.transpose();
+      const Eigen::Matrix3d scatter = both.scatter() + lean * across;
+      return symmetric_eigen(scatter).values(0) > options.gate;
+    });
+  };
+  struct Near {
+    PlaneId small, large;
+    double off;  // m
+  };
+  std::vector<Near> candidates;
+  std::map<PlaneId, double> nearest_other;  // m: to a plane that it is told apart from
+  for (const auto& [a, b] : near.pairs(options.association.max_angle_deg * kDegree)) {
+    const PlaneLandmark &small = graph.at(a), &large = graph.at(b);
+    const double off = std::abs(large.plane_map().signed_distance(near.middle(a)));
+    if (!(off <= kMostOff) || width_of(small.outline) < kWide) continue;
+    if (told_apart(a, b)) {
+      for (const PlaneId id : {a, b}) {
+        const auto known = nearest_other.emplace(id, off).first;
+        known->second = std::min(known->second, off);
+      }
+    } else if (!has(apart, a, b)) {
+      candidates.push_back({a, b, off});
+    }
+  }
+  std::map<PlaneId, std::pair<double, PlaneId>> best;  // by the plane that goes: share, into
+  for (const auto& [a, b, off] : candidates) {
+    const auto farther = [&, d = off](PlaneId id) {
+      const auto other = nearest_other.find(id);
+      return other != nearest_other.end() && d >= other->second;
+    };
+    if (farther(a) || farther(b)) continue;
+    const Cover cover = cover_of(graph.at(a), std::array{&graph.at(b)});
+    if (cover.share < kCovered) continue;
+    const auto known = best.find(a);
+    if (known == best.end() || cover.share > known->second.first) best[a] = {cover.share, b};
+  }
+  std::vector<std::pair<PlaneId, PlaneId>> pairs;
+  for (const auto& [a, choice] : best) {
+    if (!best.count(choice.second)) pairs.emplace_back(a, choice.second);
+  }
+  return pairs;
 }
 
 namespace {

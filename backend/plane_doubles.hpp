@@ -49,4 +49,13 @@ std::vector<std::pair<PlaneId, PlaneId>> find_slivers(
     const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
     const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options);
 
+/// Pairs (from, into) that cannot both be there, the one with fewer views first: seen from the same
+/// side, no further apart nor more turned than one wall may be, most of the smaller one's outline
+/// within the other's, so that one would be seen through the other. Areas of some width only. No
+/// keyframe's views of the two tell them apart, and neither of them stands nearer to a plane that
+/// it is told apart from. Pairs in `apart` are never proposed.
+std::vector<std::pair<PlaneId, PlaneId>> find_seen_through(
+    const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
+    const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options);
+
 }  // namespace lamina

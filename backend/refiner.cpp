@@ -5,6 +5,7 @@
 #include <cmath>
 #include <map>
 
+#include <lamina/backend/believing.hpp>
 #include <lamina/backend/loop_hearing.hpp>
 #include <lamina/backend/robust.hpp>
 
@@ -69,7 +70,13 @@ RefineResult refine(Graph& graph, const RefineOptions& options,
   std::vector<MarginalPrior> priors = hold_what_nothing_tells(graph);
   if (options.planes_from_evidence) fit_planes_to_evidence(graph);
 
+  RobustOutcome believing;
+  if (!options.believed_views.empty()) {
+    solve_believing(graph, {.loops = {}, .plane_moments = options.believed_views}, options,
+                    believing);
+  }
   RobustOutcome outcome = minimize_robustly(graph, options, progress);
+  outcome.iterations += believing.iterations;
   if (options.thorough) hear_loops_together(graph, options, progress, outcome);
   result.status = outcome.status;
   result.iterations = outcome.iterations;

@@ -27,6 +27,9 @@ struct RefineOptions {
   bool refined_before = false;
   /// The mapper merges planes until no more is to be merged; false, where a robot waits: once.
   bool thorough = true;
+  /// Indices of plane views that are believed beyond their covariance at first, while the others
+  /// are judged against them; then all are judged as ever, from where that leads.
+  std::vector<std::size_t> believed_views;
 };
 
 struct CostChange {

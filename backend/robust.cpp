@@ -80,9 +80,7 @@ class Rounds {
     outcome_.final_cost = result.final_cost;
     if (first_) outcome_.initial_cost = result.initial_cost;
     first_ = false;
-    return result.status != SolveStatus::kCancelled &&
-           result.status != SolveStatus::kInvalidInput &&
-           result.status != SolveStatus::kNothingToSolve;
+    return !stopped(result.status);
   }
   void write() { outcome_.equations->write(graph_); }
 

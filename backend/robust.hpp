@@ -17,6 +17,12 @@ struct RobustOutcome {
   std::unique_ptr<NormalEquations> equations;  ///< of the last solve, at the solution
 };
 
+/// Whether there is nothing to go on with after a solve that ended so.
+inline bool stopped(SolveStatus status) {
+  return status == SolveStatus::kCancelled || status == SolveStatus::kInvalidInput ||
+         status == SolveStatus::kNothingToSolve;
+}
+
 /// Minimises plainly with the factors that were not rejected before; when every doubtful factor
 /// then fits, that is the answer. Otherwise, or when observations contradict each other from the
 /// outset, believes all again and starts with kernels from nearly quadratic to truncated. The last

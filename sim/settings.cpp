@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <numeric>
+#include <optional>
 
 #include <lamina/models/error.hpp>
 
@@ -199,33 +200,41 @@ OdometrySensor make_odometry(Settings& s, const RigDefaults& d) {
   return out;
 }
 
+// The sensor when its key says so. One that the caller switched off is read all the same: its other
+// keys stay valid, so that one line turns it on and off.
+template <class Make>
+auto when_enabled(Settings& s, const std::string& key, bool fallback, Make make)
+    -> std::optional<decltype(make())> {
+  const bool on = s.flag(key, fallback);
+  if (!on && !s.given(key)) return std::nullopt;
+  auto sensor = make();
+  if (!on) return std::nullopt;
+  return sensor;
+}
+
 }  // namespace
 
 Rig make_rig(Settings& s, const RigDefaults& d) {
   Rig rig;
-  if (s.flag("camera.enabled", d.depth)) {
-    rig.depth = make_depth(s, d);
-  }
-  if (s.flag("stereo.enabled", d.stereo)) {
-    rig.stereo = make_stereo(s, d);
-  }
-  if (s.flag("lidar.enabled", d.lidar)) {
-    rig.lidar = make_lidar(s, d);
-  }
-  if (s.flag("odometry.enabled", d.odometry)) {
-    rig.odometry = make_odometry(s, d);
-    const OdometryErrors& e = rig.odometry->errors;
+  rig.depth = when_enabled(s, "camera.enabled", d.depth, [&] { return make_depth(s, d); });
+  rig.stereo = when_enabled(s, "stereo.enabled", d.stereo, [&] { return make_stereo(s, d); });
+  rig.lidar = when_enabled(s, "lidar.enabled", d.lidar, [&] { return make_lidar(s, d); });
+  rig.odometry = when_enabled(s, "odometry.enabled", d.odometry, [&] {
+    const OdometrySensor sensor = make_odometry(s, d);
+    const OdometryErrors& e = sensor.errors;
     // What a maker's sheet would say: the random part, and a little for the systematic part.
     rig.believed_odometry.sigma_translation =
         s.number("odometry.believed_sigma_translation", std::max(0.01, 1.5 * e.sigma_translation));
     rig.believed_odometry.sigma_rotation =
         s.number("odometry.believed_sigma_rotation", std::max(0.002, 1.5 * e.sigma_rotation));
     rig.believed_odometry.planar = e.planar;
-  }
-  if (s.flag("accelerometer.enabled", d.accelerometer)) {
-    rig.accelerometer = AccelerometerSensor{s.number("accelerometer.sigma", 0.05),
-                                            s.number("accelerometer.rate_hz", 50)};
-  }
+    return sensor;
+  });
+  if (!rig.odometry) rig.believed_odometry = {};
+  rig.accelerometer = when_enabled(s, "accelerometer.enabled", d.accelerometer, [&] {
+    return AccelerometerSensor{s.number("accelerometer.sigma", 0.05),
+                               s.number("accelerometer.rate_hz", 50)};
+  });
   rig.mounting_error.rotation_deg = {s.number("calibration.error_roll_deg", 0),
                                      s.number("calibration.error_pitch_deg", 0),
                                      s.number("calibration.error_yaw_deg", 0)};

@@ -21,6 +21,8 @@ class Settings {
   /// One of `choices`.
   std::string choice(const std::string& key, const std::string& fallback,
                      const std::vector<std::string>& choices);
+  /// Whether the caller set it.
+  bool given(const std::string& key) const { return parameters_.count(key) > 0; }
   /// Throws lamina::Error when a parameter was given that nobody asked for.
   void finish() const;
   const std::set<std::string>& known() const { return known_; }

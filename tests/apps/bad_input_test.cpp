@@ -99,9 +99,7 @@ TEST(BadInput, ACheckpointOfARecordingThatHasChangedIsRefused) {
   auto arguments = map_to(data, out);
   arguments.insert(arguments.end(), {"--set", "checkpoint.interval_s=0.001"});
   const pid_t child = start(arguments);
-  for (int i = 0; i < 10000 && !std::filesystem::exists(out / ".checkpoint" / "state"); ++i) {
-    ::usleep(500);
-  }
+  await(out / ".checkpoint" / "state");
   ::kill(child, SIGKILL);
   wait_for(child);
   ASSERT_TRUE(std::filesystem::exists(out / ".checkpoint" / "state"));

@@ -193,9 +193,7 @@ TEST(Contract, InterruptedRunsWriteEverything) {
   const pid_t child = start(
       {"map", room(1), "--output", map, "--mode", "online", "--set", "checkpoint.interval_s=0.05"},
       log);
-  for (int i = 0; i < 10000 && !std::filesystem::exists(map / ".checkpoint" / "state"); ++i) {
-    ::usleep(1000);
-  }
+  await(map / ".checkpoint" / "state");
   ::kill(child, SIGINT);
   EXPECT_EQ(wait_for(child), 0) << text_of(log);
   EXPECT_TRUE(std::filesystem::exists(map / "report.html"));

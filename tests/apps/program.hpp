@@ -50,6 +50,11 @@ inline int wait_for(pid_t child) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
 }
 
+/// Waits until the file is there, a minute at most: sanitizers and busy machines are slow.
+inline void await(const Path& file) {
+  for (int i = 0; i < 60000 && !std::filesystem::exists(file); ++i) ::usleep(1000);
+}
+
 inline int run(const std::vector<std::string>& arguments, const Path& log = "/dev/null",
                const Path& out = "/dev/null") {
   return wait_for(start(arguments, log, out));

@@ -130,9 +130,7 @@ TEST(Run, CheckpointOfAnotherRunIsRefused) {
   const Path output = scratch() / "other", log = scratch() / "log_other";
   const pid_t child =
       start({"map", room(1), "--output", output, "--quiet", "--set", "checkpoint.interval_s=0.02"});
-  for (int i = 0; i < 2000 && !std::filesystem::exists(output / ".checkpoint" / "state"); ++i) {
-    ::usleep(1000);
-  }
+  await(output / ".checkpoint" / "state");
   ::kill(child, SIGKILL);
   wait_for(child);
   ASSERT_TRUE(std::filesystem::exists(output / ".checkpoint" / "state"));

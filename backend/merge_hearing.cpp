@@ -1,0 +1,119 @@
+// Trials on copies of the graph in which planes carry one name.
+#include <lamina/backend/merge_hearing.hpp>
+
+#include <algorithm>
+#include <map>
+
+#include <lamina/backend/normal_equations.hpp>
+#include <lamina/backend/robust.hpp>
+#include <lamina/backend/turning_start.hpp>
+
+namespace lamina {
+namespace {
+
+using Pairs = std::vector<std::pair<PlaneId, PlaneId>>;
+constexpr int kMostTrials = 5;
+
+double truncated_cost(const RefineResult& result, double limit) {
+  double sum = limit * static_cast<double>(result.rejected.size());
+  for (const CostChange& change : result.costs) sum += change.after;
+  return sum;
+}
+
+/// A copy with one name for each pair, and which views are of a pair.
+struct Trial {
+  Graph graph;
+  std::vector<std::size_t> views;
+  std::map<PlaneId, std::vector<std::size_t>> from;  // views of the planes that go
+
+  Trial(const Graph& original, const Pairs& pairs) : graph(original) {
+    std::map<PlaneId, PlaneId> into;
+    for (const auto& [a, b] : pairs) {
+      into[a] = b;
+      from[a] = {};
+      graph.at(a).active = false;
+    }
+    const auto of_pair = [&](PlaneId id) {
+      return std::any_of(pairs.begin(), pairs.end(),
+                         [id](const auto& p) { return p.first == id || p.second == id; });
+    };
+    for (std::size_t i = 0; i < graph.plane_moments.size(); ++i) {
+      PlaneMomentsFactor& f = graph.plane_moments[i];
+      if (f.weight < 0.5 || !of_pair(f.plane)) continue;
+      views.push_back(i);
+      const auto heir = into.find(f.plane);
+      if (heir == into.end()) continue;
+      from[f.plane].push_back(i);
+      f.plane = heir->second;
+    }
+    for (SegmentFactor& f : graph.segments) {
+      const auto heir = into.find(f.plane);
+      if (heir != into.end()) f.plane = heir->second;
+    }
+    std::erase_if(graph.marginal_priors, [&](const MarginalPrior& prior) {
+      return std::any_of(prior.planes.begin(), prior.planes.end(),
+                         [&](PlaneId id) { return into.count(id) > 0; });
+    });
+  }
+
+  bool believed(PlaneId id) const {
+    const auto& of_it = from.at(id);
+    const auto in = std::count_if(of_it.begin(), of_it.end(), [this](std::size_t i) {
+      return graph.plane_moments[i].weight >= 0.5;
+    });
+    return 2 * static_cast<std::size_t>(in) > of_it.size();
+  }
+};
+
+template <class Factors>
+void take_weights(const Factors& from, Factors& to) {
+  for (std::size_t i = 0; i < to.size(); ++i) to[i].weight = from[i].weight;
+}
+
+/// The pair whose views fit worst in the mean.
+Pairs::iterator worst(const Trial& trial, Pairs& pairs) {
+  const std::vector<double> chi2 = chi_squared_of(trial.graph).plane_moments;
+  const auto misfit = [&](const std::pair<PlaneId, PlaneId>& pair) {
+    const auto& views = trial.from.at(pair.first);
+    double sum = 0;
+    for (const std::size_t i : views) sum += chi2[i];
+    return sum / static_cast<double>(views.size());
+  };
+  return std::max_element(pairs.begin(), pairs.end(),
+                          [&](const auto& a, const auto& b) { return misfit(a) < misfit(b); });
+}
+
+}  // namespace
+
+Pairs hear_merges_together(Graph& graph, Pairs pairs, const RefineResult& refined,
+                           const RefineOptions& options,
+                           const std::function<bool(const RefineProgress&)>& progress) {
+  for (int k = 0; k < kMostTrials && !pairs.empty(); ++k) {
+    Trial trial(graph, pairs);
+    RefineOptions believing = options;
+    believing.refined_before = true;
+    believing.thorough = false;
+    believing.believed_views = trial.views;
+    const RefineResult result = refine(trial.graph, believing, progress);
+    if (stopped(result.status)) return {};
+    const std::size_t heard = pairs.size();
+    std::erase_if(pairs, [&](const auto& pair) { return !trial.believed(pair.first); });
+    if (pairs.size() < heard) continue;
+    std::size_t mistaken = 0;
+    for (const auto& [id, views] : trial.from) mistaken += views.size();
+    const double limit = options.inlier_chi2;
+    if (!(truncated_cost(result, limit) <
+          truncated_cost(refined, limit) + limit * static_cast<double>(mistaken))) {
+      pairs.erase(worst(trial, pairs));
+      continue;
+    }
+    put_back(states_of(trial.graph), graph);
+    take_weights(trial.graph.plane_moments, graph.plane_moments);
+    take_weights(trial.graph.segments, graph.segments);
+    take_weights(trial.graph.loops, graph.loops);
+    return pairs;
+  }
+  return {};
+}
+
+}  // namespace lamina

@@ -1,0 +1,25 @@
+// Merges that only a motion of the path allows are heard all together.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include <lamina/backend/refiner.hpp>
+
+namespace lamina {
+
+/// Pairs (from, into) of planes that cannot both be there (find_seen_through()) and that no small
+/// correction makes one: a view with a wrong name holds a stretch of the path where the two are
+/// apart, and every pair of that stretch with it. All pairs are taken for one at once, their views
+/// believed far beyond their covariance while the others are judged against them, then all judged
+/// as ever. A pair whose `from` has most of its views rejected leaves, and the rest is heard anew.
+/// What remains stands when the truncated cost rises by less than the limit for each view of the
+/// planes that go: with two planes of which one is seen through the other, those are mistaken.
+///
+/// Returns the pairs that stand; `graph` then has the states and weights of that solution, its
+/// planes not yet merged. Otherwise it is as it was. `refined`: what refine() returned for `graph`.
+std::vector<std::pair<PlaneId, PlaneId>> hear_merges_together(
+    Graph& graph, std::vector<std::pair<PlaneId, PlaneId>> pairs, const RefineResult& refined,
+    const RefineOptions& options, const std::function<bool(const RefineProgress&)>& progress);
+
+}  // namespace lamina
