@@ -14,9 +14,9 @@ namespace lamina {
 /// kAffine, turn and move planes: no plane alone tells them, the angles between planes do.
 class DepthDistortion {
  public:
-  static constexpr int kMaxDegree = 10;
+  static constexpr int kMaxDegree = 14;
   static constexpr int kAffine = 3;
-  /// Coefficients up to a degree: 3, 6, 15, 28, 45, 66 for 1, 2, 4, ... 10.
+  /// Coefficients up to a degree: 3, 6, 15, 28, 45, 66, 91, 120 for 1, 2, 4, ... 14.
   static constexpr int terms(int degree) { return (degree + 1) * (degree + 2) / 2; }
   /// The products P_i(x) P_j(y) by degree, the first `terms(degree)` in all of them.
   static Eigen::VectorXd basis(double x, double y, int degree);

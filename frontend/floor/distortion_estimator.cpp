@@ -181,7 +181,7 @@ int DistortionEstimator::degree_by_planes() const {
   constexpr double kMarked = 0.05;
   std::array<double, 2> left{halves_[0].left_by({}), halves_[1].left_by({})};
   int degree = 0;
-  for (const int next : {2, 4, 6, 8, 10}) {
+  for (const int next : {2, 4, 6, 8, 10, 12, 14}) {
     const int terms = DepthDistortion::terms(next);
     const std::array<double, 2> now{halves_[0].left_by(halves_[1].solve(terms)),
                                     halves_[1].left_by(halves_[0].solve(terms))};
@@ -198,8 +198,10 @@ int DistortionEstimator::degree_by_planes() const {
 // Planes and angles together, from what planes alone say; nullopt where angles gain little by it.
 std::optional<Eigen::VectorXd> DistortionEstimator::with_angles(const Half& all, int terms) const {
   constexpr double kUsual = 0.3;  // px, 1-sigma of a coefficient: what the ridge stands for
-  // Of chi-squared; and of what angles leave, or else most is built askew.
-  constexpr double kLeastGain = 8, kLeastShare = 0.25;
+  // Of chi-squared, where planes tell a bend, which hardly ever comes without slopes, and where
+  // they tell none; and of what angles leave, or else most is built askew.
+  constexpr double kGainOfBent = 4, kGainOfStraight = 8, kLeastShare = 0.25;
+  const double least_gain = terms > DepthDistortion::kAffine ? kGainOfBent : kGainOfStraight;
   // Sigmas: a constant scales all distances, and most sensors have none.
   constexpr double kToldConstant = 4;
   const double scale = 1 / (kUsual * kUsual * kRidge * all.samples);
@@ -229,7 +231,7 @@ std::optional<Eigen::VectorXd> DistortionEstimator::with_angles(const Half& all,
     H_planes(0, 0) += 1 / (kNone * kNone);
     c = solve();
   }
-  if (!c.allFinite() || !(cost(c) < cost(start) - kLeastGain) ||
+  if (!c.allFinite() || !(cost(c) < cost(start) - least_gain) ||
       !(angles_.cost(c) < (1 - kLeastShare) * askew)) {
     return std::nullopt;
   }
