@@ -116,6 +116,11 @@ bool touches(const std::map<KeyframeId, PlaneEvidence>& seen, const PlaneEvidenc
   return false;
 }
 
+// Whether two views of one moment cannot be of one plane.
+bool told_apart(const PlaneEvidence& a, const PlaneEvidence& b, const AssociationOptions& options) {
+  return disagreement_in_view(a, b, options) > options.gate_full;
+}
+
 }  // namespace
 
 std::optional<PlaneId> Mapper::followed_plane(std::int64_t track) const {
@@ -184,15 +189,11 @@ std::optional<std::size_t> Mapper::forming_plane(
 
 void Mapper::part_what_one_view_tells_apart(Step& step) const {
   auto& decisions = step.result.decisions;
-  const double gate = options_.association.gate_full;
   for (std::size_t i = 0; i < decisions.size(); ++i) {
     for (std::size_t j = i + 1; j < decisions.size(); ++j) {
       if (decisions[i].plane == PlaneId::kNone || decisions[i].plane != decisions[j].plane)
         continue;
-      if (!(disagreement_in_view(step.evidence[i], step.evidence[j], options_.association) >
-            gate)) {
-        continue;
-      }
+      if (!told_apart(step.evidence[i], step.evidence[j], options_.association)) continue;
       AssociationDecision& worse =
           decisions[decisions[i].chi_squared > decisions[j].chi_squared ? i : j];
       worse.plane = PlaneId::kNone;
@@ -219,8 +220,7 @@ void Mapper::associate_all(Step& step) {
     }
     for (std::size_t j = 0; j < i && forming; ++j) {
       if (step.tentative[j] == forming &&
-          disagreement_in_view(step.evidence[j], step.evidence[i], options_.association) >
-              options_.association.gate_full) {
+          told_apart(step.evidence[j], step.evidence[i], options_.association)) {
         forming.reset();
       }
     }

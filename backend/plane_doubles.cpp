@@ -130,6 +130,26 @@ Cover cover_of(const PlaneLandmark& small, std::span<const PlaneLandmark* const>
   return cover;
 }
 
+// Each plane that goes, and the one that covers most of it.
+class BestCovers {
+ public:
+  void offer(PlaneId from, PlaneId into, double share) {
+    const auto [known, fresh] = best_.try_emplace(from, share, into);
+    if (!fresh && share > known->second.first) known->second = {share, into};
+  }
+  /// What goes into a plane that goes itself waits.
+  std::vector<std::pair<PlaneId, PlaneId>> pairs() const {
+    std::vector<std::pair<PlaneId, PlaneId>> result;
+    for (const auto& [from, choice] : best_) {
+      if (!best_.count(choice.second)) result.emplace_back(from, choice.second);
+    }
+    return result;
+  }
+
+ private:
+  std::map<PlaneId, std::pair<double, PlaneId>> best_;
+};
+
 }  // namespace
 
 std::vector<std::pair<PlaneId, PlaneId>> find_doubles(
@@ -205,7 +225,7 @@ std::vector<std::pair<PlaneId, PlaneId>> find_slivers(
     const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
     const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options) {
   const PlaneNeighbourhood near(graph, outlines, options.association.max_gap_m, false);
-  std::map<PlaneId, std::pair<double, PlaneId>> best;  // by the plane that goes: share, into
+  BestCovers best;
   for (const auto& [a, b] : near.pairs(kThinAngle)) {
     if (has(apart, a, b)) continue;
     const int views = near.seen(a).views;
@@ -213,15 +233,9 @@ std::vector<std::pair<PlaneId, PlaneId>> find_slivers(
     const PlaneLandmark &small = graph.at(a), &large = graph.at(b);
     if (std::abs(large.plane_map().signed_distance(near.middle(a))) > kThin) continue;
     const Cover cover = cover_of(small, std::array{&large});
-    if (cover.share < kCovered || cover.farthest > kThin) continue;
-    const auto known = best.find(a);
-    if (known == best.end() || cover.share > known->second.first) best[a] = {cover.share, b};
+    if (cover.share >= kCovered && cover.farthest <= kThin) best.offer(a, b, cover.share);
   }
-  std::vector<std::pair<PlaneId, PlaneId>> slivers;
-  for (const auto& [a, choice] : best) {
-    if (!best.count(choice.second)) slivers.emplace_back(a, choice.second);
-  }
-  return slivers;
+  return best.pairs();
 }
 
 std::vector<std::pair<PlaneId, PlaneId>> find_seen_through(
@@ -268,7 +282,7 @@ std::vector<std::pair<PlaneId, PlaneId>> find_seen_through(
       candidates.push_back({a, b, off});
     }
   }
-  std::map<PlaneId, std::pair<double, PlaneId>> best;  // by the plane that goes: share, into
+  BestCovers best;
   for (const auto& [a, b, off] : candidates) {
     const auto farther = [&, d = off](PlaneId id) {
       const auto other = nearest_other.find(id);
@@ -276,15 +290,9 @@ std::vector<std::pair<PlaneId, PlaneId>> find_seen_through(
     };
     if (farther(a) || farther(b)) continue;
     const Cover cover = cover_of(graph.at(a), std::array{&graph.at(b)});
-    if (cover.share < kCovered) continue;
-    const auto known = best.find(a);
-    if (known == best.end() || cover.share > known->second.first) best[a] = {cover.share, b};
+    if (cover.share >= kCovered) best.offer(a, b, cover.share);
   }
-  std::vector<std::pair<PlaneId, PlaneId>> pairs;
-  for (const auto& [a, choice] : best) {
-    if (!best.count(choice.second)) pairs.emplace_back(a, choice.second);
-  }
-  return pairs;
+  return best.pairs();
 }
 
 namespace {
