@@ -116,9 +116,15 @@ bool FrontEnd::meet(Timestamp stamp) {
   return true;
 }
 
-// What the wheels say of the way from one measurement to the next.
+// What the wheels say of the way from one measurement to the next. Logs without odometry often hold
+// one of zeros: wheels that never moved are no longer asked once scans tell of a way.
 std::optional<Increment> FrontEnd::driven(const std::optional<Timestamp>& from,
                                           Timestamp to) const {
+  if (last_scan_ && !wheels_.moved()) {
+    constexpr double kWay = 0.2;  // m, or rad
+    const SE3 way = first_step_->inverse() * T_start_scan_body_;
+    if (way.translation().norm() > kWay || way.so3().log().norm() > kWay) return std::nullopt;
+  }
   return from ? wheels_.between(*from, to) : std::nullopt;
 }
 

@@ -58,6 +58,8 @@ class FrontEnd {
   bool levelled_by_image() const { return levelled_by_image_; }
   /// There was odometry, but never at the time of a scan or frame: it told nothing.
   bool odometry_never_met() const { return !wheels_.empty() && !wheels_met_; }
+  /// There was odometry that stayed where it began.
+  bool odometry_never_moved() const { return wheels_met_ && !wheels_.moved(); }
   /// Wheels on a floor told motions of frames or scans.
   bool met_wheels() const { return wheels_met_ && planar_; }
   /// Measurements that were left out, by reason.

@@ -271,6 +271,13 @@ std::vector<std::string> doubts(const MapRequest& request, const FrontEnd& front
         "these see; are they of two clocks or two recordings? (`lamina info {}` tells)",
         request.input));
   }
+  constexpr double kMoved = 0.5;  // m: farther than a robot that stands still is thought to go
+  if (front_end.odometry_never_moved() && metrics.counts["path_m"] > kMoved) {
+    all.push_back(fmt::format(
+        "the odometry holds one pose from first to last while scans tell {:.1f} m of way: it was "
+        "not used; was it ever connected?",
+        metrics.counts["path_m"]));
+  }
   const double steps = metrics.counts["steps"];
   const double unknown = metrics.counts["steps_with_unknown_motion"];
   if (steps > 1 && unknown > 0.5 * steps) {

@@ -16,6 +16,11 @@ Matrix6d compose(const Matrix6d& cov_ab, const SE3& T_b_c, const Matrix6d& cov_b
 
 void WheelTrack::add(const Odometry& odometry) {
   if (!samples_.empty() && odometry.stamp <= samples_.back().stamp) return;
+  const SE3& T = odometry.T_odom_body;
+  moved_ = moved_ ||
+           (!samples_.empty() && (T.translation() != samples_.back().T_odom_body.translation() ||
+                                  T.so3().quaternion().coeffs() !=
+                                      samples_.back().T_odom_body.so3().quaternion().coeffs()));
   samples_.push_back(odometry);
 }
 

@@ -27,6 +27,8 @@ class WheelTrack {
   explicit WheelTrack(const OdometryModel& model) : model_(model) {}
   void add(const Odometry& odometry);
   bool empty() const { return samples_.empty(); }
+  /// Two samples differed: an odometry that has not moved yet may be one that was never connected.
+  bool moved() const { return moved_; }
   /// The stamp of the newest sample; only when not empty.
   Timestamp newest() const { return samples_.back().stamp; }
   /// The motion from one stamp to a later one. Ends outside the samples are held still for up to
@@ -45,12 +47,13 @@ class WheelTrack {
   /// For archives (models/archive.hpp).
   template <class A>
   friend void fields(A& a, WheelTrack& v) {
-    a(v.samples_);
+    a(v.samples_, v.moved_);
   }
 
  private:
   OdometryModel model_;
   std::deque<Odometry> samples_;
+  bool moved_ = false;
 };
 
 }  // namespace lamina::apps

@@ -6,13 +6,14 @@
 #include <lamina/backend/believing.hpp>
 
 namespace lamina {
-namespace {
-
 double truncated_cost(const RobustOutcome& outcome, double limit) {
-  return total(outcome.final_cost) + limit * static_cast<double>(outcome.rejected.size());
+  constexpr double kViewsOfALoop = 4;
+  double left_out = 0;
+  for (const FactorRef& f : outcome.rejected) {
+    left_out += f.type == FactorType::kLoop ? kViewsOfALoop : 1;
+  }
+  return total(outcome.final_cost) + limit * left_out;
 }
-
-}  // namespace
 
 void hear_loops_together(Graph& graph, const RefineOptions& options,
                          const std::function<bool(const RefineProgress&)>& progress,

@@ -86,13 +86,13 @@ void LoopCloser::extend_submap(const LaserScan& scan) {
   }
   ScanPointOptions point_options;
   point_options.max_range = options_.max_range;
-  const auto points = oriented_points(scan, point_options);
+  const Eigen::Vector2d scanner = scan.lidar.T_body_lidar.translation().head<2>();
+  const auto points = without_lone(oriented_points(scan, point_options), scanner);
   if (points.empty()) return;
   Submap& submap = submaps_.back();
   const auto moved = transformed(points, T_anchor_body_);
   submap.points.insert(submap.points.end(), moved.begin(), moved.end());
-  submap.fans.push_back(
-      sight_fan(points, scan.lidar.T_body_lidar.translation().head<2>(), T_anchor_body_));
+  submap.fans.push_back(sight_fan(points, scanner, T_anchor_body_));
   T_anchor_key_ = T_anchor_body_;
   ++key_scans_;
   submap.centre += (T_anchor_body_.translation() - submap.centre) / key_scans_;

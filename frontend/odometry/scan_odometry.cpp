@@ -9,6 +9,11 @@ namespace {
 
 Eigen::Vector3d squares(double xy, double yaw) { return {xy * xy, xy * xy, yaw * yaw}; }
 
+// Only a clearly better fit overrules the motion that was expected.
+const LineMatch& better(const LineMatch& expected, const LineMatch& found) {
+  return found.matched > expected.matched + 0.1 ? found : expected;
+}
+
 }  // namespace
 
 ScanOdometry::ScanOdometry(const ScanOdometryOptions& options) : options_(options) {}
@@ -27,7 +32,7 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
     }
   }
   const Prediction prediction = predict(wheels);
-  const LineMatch match = align(prediction, motion);
+  const LineMatch match = align(prediction, wheels.has_value(), motion);
   const bool frozen = usual_.repeated(scan.ranges);
   const bool doubtful = !wheels && usual_.gap_before(scan.stamp) && usual_.worse(match.matched);
   fill(prediction, match, wheels, doubtful, motion);
@@ -54,7 +59,7 @@ ScanOdometry::Prediction ScanOdometry::predict(const std::optional<MotionGuess>&
   return {velocity_, squares(options_.sigma_velocity, options_.sigma_turn).asDiagonal()};
 }
 
-LineMatch ScanOdometry::align(const Prediction& prediction, ScanMotion& motion) {
+LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, ScanMotion& motion) {
   PlanarPrior prior;
   prior.T_map_scan = T_local_body_ * prediction.T_prev_curr;
   prior.information = prediction.covariance.inverse();
@@ -65,37 +70,67 @@ LineMatch ScanOdometry::align(const Prediction& prediction, ScanMotion& motion) 
         match_lines(map_, points_, T_local_body_ * velocity_, {}, options_.match);
     if (other.matched > match.matched + 0.05) match = other;
   }
-  if (match.matched < options_.min_matched && !map_.empty() && points_.size() >= 10) {
+  // A new room fits little of the map and is where wheels say: no reason to look far away.
+  const auto unbelievable = [&] {
+    const double least = wheels ? options_.lost_matched : options_.min_matched;
+    return match.matched < least ||
+           (match.matched < options_.sure_matched && contradicts(match, prediction));
+  };
+  if ((match.matched < options_.min_matched || unbelievable()) && !map_.empty() &&
+      points_.size() >= 10) {
     motion.searched = true;
-    match = search(prediction, match);
+    match = search_near(prediction, match);
+    if (unbelievable()) match = search_far(prediction, match);
   }
   return match;
 }
 
-LineMatch ScanOdometry::search(const Prediction& prediction, const LineMatch& best) {
-  if (!grid_) {
-    std::vector<Eigen::Vector2d> points;
-    for (const OrientedPoint& p : map_.points()) points.push_back(p.point);
-    grid_.emplace(points, options_.search_resolution, options_.search_resolution, 5);
-  }
+// Far from what was expected, by that expectation's own measure.
+bool ScanOdometry::contradicts(const LineMatch& match, const Prediction& prediction) const {
+  const PlanarPose off =
+      prediction.T_prev_curr.inverse() * (T_local_body_.inverse() * match.T_map_scan);
+  const Eigen::Vector3d e(off.x, off.y, off.yaw);
+  return e.dot(prediction.covariance.inverse() * e) > options_.contradiction_chi_squared;
+}
+
+LineMatch ScanOdometry::search_near(const Prediction& prediction, const LineMatch& best) {
   SearchWindow window;
   const Eigen::Matrix3d& C = prediction.covariance;
   window.translation = std::clamp(3 * std::sqrt(std::max(C(0, 0), C(1, 1))),
                                   options_.search_translation, 4 * options_.search_translation);
   window.rotation =
       std::clamp(3 * std::sqrt(C(2, 2)), options_.search_rotation, 3 * options_.search_rotation);
+  return better(best, search(T_local_body_ * prediction.T_prev_curr, window));
+}
+
+// Wheels may be wrong by more than any noise: counters that take backwards for forwards, wheels
+// that spin or are dragged. The way they tell bounds how far the robot can have come, any way
+// round.
+LineMatch ScanOdometry::search_far(const Prediction& prediction, const LineMatch& best) {
+  constexpr double kReach = 1, kTurn = 1;  // m, rad beyond it
+  SearchWindow window;
+  window.translation = kReach + 2 * prediction.T_prev_curr.translation().norm();
+  window.rotation = kTurn + std::abs(prediction.T_prev_curr.yaw);
+  const LineMatch match = search(T_local_body_, window);
+  // So far from where it was expected a place that looks alike may be another.
+  return usual_.worse(match.matched) ? best : better(best, match);
+}
+
+LineMatch ScanOdometry::search(const PlanarPose& start, const SearchWindow& window) {
+  if (!grid_) {
+    std::vector<Eigen::Vector2d> points;
+    for (const OrientedPoint& p : map_.points()) points.push_back(p.point);
+    grid_.emplace(points, options_.search_resolution, options_.search_resolution, 5);
+  }
   std::vector<Eigen::Vector2d> scan;
   for (const OrientedPoint& p : thinned(points_, 2 * options_.search_resolution)) {
     scan.push_back(p.point);
   }
-  const PlanarPose start = T_local_body_ * prediction.T_prev_curr;
   const auto found = search_correlative(*grid_, scan, start, window, 0.3);
-  if (!found) return best;
+  if (!found) return {};
   LineMatchOptions fine = options_.match;
   fine.start_radius = std::min(fine.start_radius, 6 * options_.search_resolution);
-  const LineMatch match = match_lines(map_, points_, found->T_map_scan, {}, fine);
-  // Only a clearly better fit overrules the motion that was expected.
-  return match.matched > best.matched + 0.1 ? match : best;
+  return match_lines(map_, points_, found->T_map_scan, {}, fine);
 }
 
 void ScanOdometry::fill(const Prediction& prediction, const LineMatch& match,

@@ -16,15 +16,18 @@ namespace lamina {
 struct ScanOdometryOptions {
   ScanPointOptions points;
   LineMatchOptions match;
-  double key_translation = 0.3;     ///< m moved since the last key scan: a new one
-  double key_rotation = 0.25;       ///< rad turned, likewise
-  double key_matched = 0.7;         ///< or when less than this of the scan is in the local map
-  int key_scans = 24;               ///< in the local map: longer drifts less, shorter forgets bends
-  double map_radius = 25;           ///< m; key scans farther away leave the local map
-  double thin_cell = 0.02;          ///< m; scan points nearer together than this add nothing
-  double doubt_matched = 0.75;      ///< below: try constant velocity as the start, too
-  double min_matched = 0.55;        ///< below: search around before believing the match
-  double lost_matched = 0.3;        ///< below, after the search: lost, wheels alone count
+  double key_translation = 0.3;  ///< m moved since the last key scan: a new one
+  double key_rotation = 0.25;    ///< rad turned, likewise
+  double key_matched = 0.7;      ///< or when less than this of the scan is in the local map
+  int key_scans = 24;            ///< in the local map: longer drifts less, shorter forgets bends
+  double map_radius = 25;        ///< m; key scans farther away leave the local map
+  double thin_cell = 0.02;       ///< m; scan points nearer together than this add nothing
+  double doubt_matched = 0.75;   ///< below: try constant velocity as the start, too
+  double min_matched = 0.55;     ///< below: search around before believing the match
+  double lost_matched = 0.3;     ///< below, after the search: lost, wheels alone count
+  /// A match that is farther from the wheels' motion than this (3 dof) and finds less of the scan
+  /// than `sure_matched` is searched for, too.
+  double contradiction_chi_squared = 100, sure_matched = 0.9;
   double search_translation = 0.5;  ///< m, least window of that search
   double search_rotation = 0.35;    ///< rad, likewise
   double search_resolution = 0.05;  ///< m a cell
@@ -60,7 +63,8 @@ struct ScanMotion {
 };
 
 /// Aligns each scan with a map of the last key scans by match_lines(); when too little of it fits,
-/// search_correlative() looks around first. Wheel odometry is the start and a prior by its own
+/// search_correlative() looks around: near where the robot was expected, then as far as it can have
+/// come. Wheel odometry is the start and a prior by its own
 /// covariance, so that it decides only what the scan leaves open. Motion is planar in the body's
 /// x-y plane whatever the scanner's mounting up to max_tilt. Without wheels, a scan after a long
 /// gap that fits worse than usual is not believed (UsualFit). Deterministic.
@@ -93,8 +97,11 @@ class ScanOdometry {
     Eigen::Matrix3d covariance;
   };
   Prediction predict(const std::optional<MotionGuess>& wheels) const;
-  LineMatch align(const Prediction& prediction, ScanMotion& motion);
-  LineMatch search(const Prediction& prediction, const LineMatch& best);
+  LineMatch align(const Prediction& prediction, bool wheels, ScanMotion& motion);
+  bool contradicts(const LineMatch& match, const Prediction& prediction) const;
+  LineMatch search_near(const Prediction& prediction, const LineMatch& best);
+  LineMatch search_far(const Prediction& prediction, const LineMatch& best);
+  LineMatch search(const PlanarPose& start, const SearchWindow& window);
   void fill(const Prediction& prediction, const LineMatch& match,
             const std::optional<MotionGuess>& wheels, bool doubtful, ScanMotion& motion) const;
   void keep_key_scan(const LineMatch& match, bool lost);

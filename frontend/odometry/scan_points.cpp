@@ -81,6 +81,21 @@ std::vector<OrientedPoint> oriented_points(const LaserScan& scan, const ScanPoin
   return result;
 }
 
+std::vector<OrientedPoint> without_lone(const std::vector<OrientedPoint>& points,
+                                        const Eigen::Vector2d& scanner, double reach) {
+  const auto near = [&](std::size_t a, std::size_t b) {
+    return (points[a].point - points[b].point).norm() <
+           reach + 0.05 * (points[a].point - scanner).norm();
+  };
+  std::vector<OrientedPoint> result;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if ((i > 0 && near(i, i - 1)) || (i + 1 < points.size() && near(i, i + 1))) {
+      result.push_back(points[i]);
+    }
+  }
+  return result;
+}
+
 std::vector<OrientedPoint> transformed(const std::vector<OrientedPoint>& points,
                                        const PlanarPose& T_a_b) {
   const Eigen::Matrix2d R = T_a_b.rotation();

@@ -187,6 +187,22 @@ TEST(Contract, OdometryWhoseStampsNeverMeetIsSaidAndTheRestMaps) {
   EXPECT_THAT(o.log, HasSubstr("the odometry's stamps never meet those of frames and scans"));
 }
 
+// Logs without odometry often hold one of zeros.
+TEST(Contract, OdometryThatNeverMovesIsSaidAndNotUsed) {
+  const Path folder = copy_of_room("no_counter");
+  std::ifstream in(room(1) / "odometry.txt");
+  std::ofstream out(folder / "odometry.txt");
+  for (std::string line; std::getline(in, line);) {
+    if (line[0] != '#') out << line.substr(0, line.find(' ')) << " 0 0 0 0 0 0 1\n";
+  }
+  out.close();
+  const Path map = scratch() / "map_no_counter";
+  const Outcome o = outcome({"map", folder, "--output", map, "--quiet"});
+  EXPECT_EQ(o.code, 0);
+  EXPECT_THAT(o.log, HasSubstr("the odometry holds one pose from first to last"));
+  EXPECT_EQ(outcome({"evaluate", map, "--truth", room(1), "--max-ate", "0.03"}).code, 0);
+}
+
 // Ctrl-C while it reads: the frame is finished, all is written, what is left can be gone on with.
 TEST(Contract, InterruptedRunsWriteEverything) {
   const Path map = scratch() / "interrupted", log = scratch() / "interrupted.log";

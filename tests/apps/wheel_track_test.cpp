@@ -32,6 +32,16 @@ TEST(WheelTrack, UncertaintyGrowsWithThePathAndNotWithItsEnds) {
   EXPECT_GT(a->covariance(0, 0), 10 * b->covariance(0, 0));
 }
 
+TEST(WheelTrack, KnowsWhetherItEverMoved) {
+  WheelTrack track{OdometryModel{}};
+  for (int i = 0; i < 3; ++i) track.add(sample(i, 2, 0.5));
+  EXPECT_FALSE(track.moved());
+  track.add(sample(3, 2, 0.5 + 1e-9));
+  EXPECT_TRUE(track.moved());
+  track.add(sample(4, 2, 0.5 + 1e-9));
+  EXPECT_TRUE(track.moved());
+}
+
 TEST(WheelTrack, RefusesStampsFarOutside) {
   WheelTrack track{OdometryModel{}};
   const auto zero = Timestamp::from_seconds(0);

@@ -144,6 +144,16 @@ TEST(LoopHearing, AWrongLoopChangesNothing) {
   }
 }
 
+TEST(LoopHearing, ALoopLeftOutCostsAsMuchAsFourViews) {
+  RobustOutcome outcome;
+  outcome.final_cost[static_cast<std::size_t>(FactorType::kOdometry)] = 3;
+  EXPECT_EQ(truncated_cost(outcome, 25), 3);
+  outcome.rejected = {{FactorType::kPlaneMoments, 0}, {FactorType::kPlaneMoments, 7}};
+  EXPECT_EQ(truncated_cost(outcome, 25), 3 + 2 * 25);
+  outcome.rejected.push_back({FactorType::kLoop, 0});
+  EXPECT_EQ(truncated_cost(outcome, 25), 3 + 6 * 25);
+}
+
 TEST(LoopHearing, WithoutALoopLeftOutNothingIsSolved) {
   Corridor corridor;
   RobustOutcome outcome = corridor.solve_without(corridor.left_out);

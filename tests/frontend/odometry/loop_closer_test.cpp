@@ -66,10 +66,11 @@ struct Result {
   std::vector<std::size_t> kept;  ///< bytes of its archive, each 60 m
 };
 
-/// Drives `metres` of `way`; the motion given to the closer turns by `bend` rad/m too much.
+/// Drives `metres` of `way`; the motion given to the closer turns by `bend` rad/m too much, and a
+/// share `strays` of the returns lies anywhere in between.
 template <typename Way>
 Result drive(const std::vector<Wall>& walls, Way way, double metres, double bend,
-             const LoopCloserOptions& options = {}) {
+             const LoopCloserOptions& options = {}, double strays = 0) {
   Scanner scanner;
   scanner.beams = 181;
   scanner.fov = M_PI;
@@ -91,7 +92,12 @@ Result drive(const std::vector<Wall>& walls, Way way, double metres, double bend
       motion.covariance(5, 5) = 0.006 * 0.006;
     }
     T = T * motion.T_prev_curr_body;
-    keep(closer.add(scanner.scan(walls, truth, i), motion));
+    LaserScan scan = scanner.scan(walls, truth, i);
+    std::uniform_real_distribution<float> any(0, 1);
+    for (float& range : scan.ranges) {
+      if (any(scanner.rng) < static_cast<float>(strays)) range *= any(scanner.rng);
+    }
+    keep(closer.add(scan, motion));
     r.truth.push_back(way(0).inverse() * truth);
     r.odometry.push_back(T);
     if (i % 400 != 399) continue;
@@ -130,6 +136,24 @@ TEST(LoopCloser, ClosesARingThatOdometryLeavesOpen) {
   EXPECT_GT(before, 0.8);
   EXPECT_LT(after, 0.35 * before);
   EXPECT_EQ(r.corrected.size(), r.truth.size());
+}
+
+TEST(LoopCloser, StrayReturnsDoNotContradict) {
+  const Result clean = drive(ring(), on_ring, 60, 0.004);
+  const Result r = drive(ring(), on_ring, 60, 0.004, {}, 0.03);
+  EXPECT_GE(r.loops.size() + 1, clean.loops.size());
+  EXPECT_LE(r.counts.contradicted, clean.counts.contradicted + 1);
+}
+
+TEST(ScanPoints, ReturnsThatStandAloneGo) {
+  const auto at = [](double x, double y) { return OrientedPoint{{x, y}, {-1, 0}, 0.01}; };
+  // A wall 10 m away: 0.9 m between neighbours is near there.
+  const auto kept =
+      without_lone({at(10, 0), at(10, 0.8), at(3, 0.3), at(10, 1.9), at(10, 2.7)}, {0, 0}, 0.4);
+  ASSERT_EQ(kept.size(), 4U);
+  for (const OrientedPoint& p : kept) EXPECT_EQ(p.point.x(), 10);
+  EXPECT_TRUE(without_lone({at(1, 0)}, {0, 0}).empty());
+  EXPECT_TRUE(without_lone({}, {0, 0}).empty());
 }
 
 TEST(LoopCloser, PlacesSeenOftenAreKeptButOnce) {
