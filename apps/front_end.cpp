@@ -125,7 +125,8 @@ std::optional<Increment> FrontEnd::driven(const std::optional<Timestamp>& from,
     const SE3 way = first_step_->inverse() * T_start_scan_body_;
     if (way.translation().norm() > kWay || way.so3().log().norm() > kWay) return std::nullopt;
   }
-  return from ? wheels_.between(*from, to) : std::nullopt;
+  const std::optional<Increment> measured = from ? wheels_.between(*from, to) : std::nullopt;
+  return measured && planar_ ? learned_.corrected(*measured) : measured;
 }
 
 // Where the chain of motions stands at a stamp by wheels alone. The map frame is the odometry
@@ -233,11 +234,16 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
     scan_interval_ = scan.stamp - *last_scan_;
     scan_step_ = motion.T_prev_curr_body;
   }
-  last_scan_ = scan.stamp;
+  const std::optional<Timestamp> before = std::exchange(last_scan_, scan.stamp);
   step.T_start_body = T_start_body;
   step.scan = std::move(scan);
   if (level) step.scan_motion = motion;
-  if (guess) step.wheels_moved = guess->T_prev_curr_body;
+  if (guess) {
+    const std::optional<Increment> wheels = wheels_.between(*before, *last_scan_);
+    step.wheels_moved = wheels->T_from_to;
+    const bool held = level && motion.status == ScanMotion::Status::kTracked;
+    learned_.add(wheels, held ? std::optional(motion.T_prev_curr_body) : std::nullopt);
+  }
   return step;
 }
 

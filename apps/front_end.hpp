@@ -6,6 +6,7 @@
 #include <string>
 
 #include <lamina/apps/settings.hpp>
+#include <lamina/apps/wheel_learning.hpp>
 #include <lamina/apps/wheel_track.hpp>
 #include <lamina/frontend/floor/depth_distortion.hpp>
 #include <lamina/frontend/floor/floor_frontend.hpp>
@@ -69,7 +70,7 @@ class FrontEnd {
   friend void fields(A& a, FrontEnd& v) {
     // All members by name: one more, and this no longer compiles until it is decided here.
     auto& [distortion, planar, depth_seen, first_step, first_floor_map, levelled_by_image, wheels,
-           met, floor, obstacles, depth_odometry, segments, scan_odometry, max_tilt, sweep,
+           learned, met, floor, obstacles, depth_odometry, segments, scan_odometry, max_tilt, sweep,
            T_start_body, last_step, last_scan, T_start_scan_body, scan_step, scan_interval,
            skipped] = v;
     static_cast<void>(distortion);  // of the recording, before it is mapped
@@ -77,9 +78,9 @@ class FrontEnd {
     static_cast<void>(max_tilt);    // of the settings, as is the sweep
     static_cast<void>(sweep);
     static_cast<void>(obstacles);  // keeps buffers alone
-    a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, met, depth_odometry,
-      segments, scan_odometry, T_start_body, last_step, last_scan, T_start_scan_body, scan_step,
-      scan_interval, skipped);
+    a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, learned, met,
+      depth_odometry, segments, scan_odometry, T_start_body, last_step, last_scan,
+      T_start_scan_body, scan_step, scan_interval, skipped);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -116,6 +117,7 @@ class FrontEnd {
   std::optional<Plane> first_floor_map_;  // under it, where that is known
   bool levelled_by_image_ = false;
   WheelTrack wheels_;
+  WheelLearning learned_;    // of their lawful errors
   bool wheels_met_ = false;  // they said something of a frame's or scan's own time
   FloorFrontend floor_;
   ObstacleScanner obstacles_;

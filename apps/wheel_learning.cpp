@@ -1,0 +1,83 @@
+// Pieces of the way, and a Kalman filter of three states over them.
+#include <lamina/apps/wheel_learning.hpp>
+
+#include <Eigen/LU>
+#include <cmath>
+
+#include <lamina/backend/wheel_errors.hpp>
+
+namespace lamina::apps {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+constexpr double kScale = 0.05, kDrift = 0.5 * kDegree, kTurnScale = 0.05;  // at first, 1-sigma
+constexpr double kWalk = 0.01;                           // of those sigmas, a piece
+constexpr double kPieceWay = 1, kPieceTurn = 0.5;        // m, rad
+constexpr double kScanShift = 0.015, kScanTurn = 0.004;  // m, rad: of a piece's two ends by scans
+constexpr double kGate = 3;                              // sigmas
+constexpr double kStandsOut = 16;                        // chi-squared of 3 dof
+
+Eigen::Vector3d first_sigmas() { return {kScale, kDrift, kTurnScale}; }
+
+}  // namespace
+
+WheelLearning::WheelLearning() : covariance_(first_sigmas().cwiseAbs2().asDiagonal()) {
+  begin_piece();
+}
+
+void WheelLearning::begin_piece() {
+  wheels_ = {SE3(), Matrix6d::Zero()};
+  scans_ = SE3();
+  way_ = turn_ = 0;
+}
+
+void WheelLearning::add(const std::optional<Increment>& by_wheels,
+                        const std::optional<SE3>& by_scans) {
+  if (!by_wheels || !by_scans) {
+    begin_piece();
+    return;
+  }
+  way_ += by_wheels->T_from_to.translation().norm();
+  turn_ += std::abs(by_wheels->T_from_to.so3().yaw());
+  wheels_.T_from_to = wheels_.T_from_to * by_wheels->T_from_to;
+  wheels_.covariance += by_wheels->covariance;
+  scans_ = scans_ * *by_scans;
+  if (way_ < kPieceWay && turn_ < kPieceTurn) return;
+  covariance_.diagonal() += (kWalk * first_sigmas()).cwiseAbs2();
+  const double yaw = wheels_.T_from_to.so3().yaw();
+  const double turned = std::remainder(scans_.so3().yaw() - yaw, 2 * M_PI);
+  hear(turned, std::hypot(std::sqrt(wheels_.covariance(5, 5)), kScanTurn), {0, way_, yaw});
+  const Eigen::Vector2d t = wheels_.T_from_to.translation().head<2>();
+  // On a piece that hardly leads anywhere the length says nothing of the scale.
+  if (t.norm() > kPieceWay / 2) {
+    const double along = scans_.translation().head<2>().dot(t) / t.norm();
+    const double sigma = std::hypot(std::sqrt(wheels_.covariance(0, 0)), kScanShift);
+    hear(along - t.norm(), sigma, {t.norm(), 0, 0});
+  }
+  begin_piece();
+}
+
+void WheelLearning::hear(double value, double sigma, const Eigen::Vector3d& gradient) {
+  const Eigen::Vector3d PH = covariance_ * gradient;
+  const double variance = gradient.dot(PH) + sigma * sigma;
+  const double innovation = value - gradient.dot(errors_);
+  if (innovation * innovation > kGate * kGate * variance) return;
+  errors_ += PH * (innovation / variance);
+  covariance_ -= PH * PH.transpose() / variance;
+  covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
+}
+
+Increment WheelLearning::corrected(const Increment& by_wheels) const {
+  if (errors_.dot(covariance_.inverse() * errors_) < kStandsOut) return by_wheels;
+  const SE3& T = by_wheels.T_from_to;
+  const double way = T.translation().norm(), yaw = T.so3().yaw();
+  const Eigen::Vector3d turning(0, way, yaw);
+  Increment result{lamina::corrected(T, {errors_(0), errors_(1), errors_(2), 0}),
+                   by_wheels.covariance};
+  const Eigen::Vector3d along = std::sqrt(covariance_(0, 0)) * T.translation();
+  result.covariance.topLeftCorner<3, 3>() += along * along.transpose();
+  result.covariance(5, 5) += turning.dot(covariance_ * turning);
+  return result;
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,48 @@
+// Lawful errors of wheels, learned on the way from what scans tell of the motion.
+#pragma once
+
+#include <optional>
+
+#include <lamina/apps/wheel_track.hpp>
+
+namespace lamina::apps {
+
+/// Wheels of a wrong radius or track err alike in every step, so that as a prior of scan matching
+/// they pull all steps the same way. Over pieces of a metre or half a radian, in each of which
+/// scans held all directions, the motion by scans is compared with that by wheels:
+///   t_scans . t_wheels / |t_wheels|^2 = 1 + scale,
+///   yaw_scans - yaw_wheels = drift |t| + turn_scale yaw_wheels
+/// (WheelErrors of the backend, without its direction). A Kalman filter over these three, zero at
+/// first to 5 %, 0.5 deg/m and 5 %, with a slow random walk (loads, floors). Pieces beyond three
+/// sigmas (slipping, counters without a sign) tell nothing lawful and are left out. Causal.
+class WheelLearning {
+ public:
+  WheelLearning();
+  /// The body's motion since the last call, by wheels as measured and by scans; nullopt where one
+  /// of them does not tell it: the piece begins anew.
+  void add(const std::optional<Increment>& by_wheels, const std::optional<SE3>& by_scans);
+  /// The wheels' motion less what was learned, its covariance with what is not known of it; as it
+  /// is while the errors do not stand out from chance (chi-squared 16).
+  Increment corrected(const Increment& by_wheels) const;
+  /// Scale (1), drift (rad/m), turn scale (1), and their covariance.
+  const Eigen::Vector3d& errors() const { return errors_; }
+  const Eigen::Matrix3d& covariance() const { return covariance_; }
+
+  /// For archives (models/archive.hpp).
+  template <class A>
+  friend void fields(A& a, WheelLearning& v) {
+    a(v.errors_, v.covariance_, v.wheels_, v.scans_, v.way_, v.turn_);
+  }
+
+ private:
+  void begin_piece();
+  void hear(double value, double sigma, const Eigen::Vector3d& gradient);
+
+  Eigen::Vector3d errors_ = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance_;
+  Increment wheels_;  // since the piece began
+  SE3 scans_;
+  double way_ = 0, turn_ = 0;  // m and rad, summed without sign
+};
+
+}  // namespace lamina::apps

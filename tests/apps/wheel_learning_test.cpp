@@ -1,0 +1,96 @@
+// Wheels with known errors beside motions that are right.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include <lamina/apps/wheel_learning.hpp>
+#include <lamina/backend/wheel_errors.hpp>
+
+namespace lamina::apps {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+// A drive of bends, 0.1 m a step, as scans and wheels have it.
+struct Drive {
+  std::mt19937 rng;
+  std::normal_distribution<double> normal{0, 1};
+  OdometryModel model;
+  WheelLearning learning;
+
+  explicit Drive(unsigned seed) : rng(seed) {
+    model.sigma_rotation = 0.005;
+    model.sigma_rotation_turn = 0.01;
+  }
+
+  Increment wheels(const SE3& truth, const Eigen::Vector4d& errors) {
+    // What the errors are taken out of again: to first order they are subtracted.
+    const SE3 measured = corrected(truth, -errors);
+    const Matrix6d C = increment_covariance(model, truth);
+    return {SE3::planar(measured.translation().x() + std::sqrt(C(0, 0)) * normal(rng),
+                        measured.translation().y() + std::sqrt(C(1, 1)) * normal(rng),
+                        measured.so3().yaw() + std::sqrt(C(5, 5)) * normal(rng)),
+            C};
+  }
+  void go(int steps, const Eigen::Vector4d& errors) {
+    for (int i = 0; i < steps; ++i) {
+      const SE3 truth = SE3::planar(0.1, 0, 0.08 * std::sin(0.05 * i));
+      const SE3 scans =
+          truth * SE3::planar(0.001 * normal(rng), 0.001 * normal(rng), 0.0005 * normal(rng));
+      learning.add(wheels(truth, errors), scans);
+    }
+  }
+};
+
+TEST(WheelLearning, LearnsScaleDriftAndTurns) {
+  const Eigen::Vector4d errors(0.08, 0.6 * kDegree, -0.04, 0);
+  Drive drive(1);
+  drive.go(600, errors);
+  const Eigen::Vector3d off = drive.learning.errors() - errors.head<3>();
+  EXPECT_LT(off.dot(drive.learning.covariance().inverse() * off), 16);
+  EXPECT_LT(std::abs(off(0)), 0.015);
+  EXPECT_LT(std::abs(off(1)), 0.1 * kDegree);
+  // Corrected motions are the true ones, wheels' noise aside.
+  SE3 corrected_path, true_path;
+  const Increment one{corrected(SE3::planar(0.1, 0, 0.02), -errors), Matrix6d::Identity()};
+  for (int i = 0; i < 100; ++i) {
+    corrected_path = corrected_path * drive.learning.corrected(one).T_from_to;
+    true_path = true_path * SE3::planar(0.1, 0, 0.02);
+  }
+  EXPECT_LT((corrected_path.translation() - true_path.translation()).norm(), 0.2);
+}
+
+TEST(WheelLearning, RightWheelsStayAsTheyAre) {
+  int changed = 0;
+  for (unsigned seed = 0; seed < 30; ++seed) {
+    Drive drive(100 + seed);
+    drive.go(400, Eigen::Vector4d::Zero());
+    const Increment one{SE3::planar(0.1, 0.01, 0.02), Matrix6d::Identity()};
+    const Increment same = drive.learning.corrected(one);
+    changed += same.T_from_to.translation() != one.T_from_to.translation() ||
+               same.covariance != one.covariance;
+  }
+  EXPECT_LE(changed, 1);
+}
+
+TEST(WheelLearning, WhatIsNotLawfulTellsNothing) {
+  Drive drive(5);
+  for (int i = 0; i < 200; ++i) {
+    // Counters without a sign on the way back, and wheels that spin.
+    const bool back = i % 50 > 25;
+    const SE3 scans = SE3::planar(back ? -0.1 : 0.1, 0, 0);
+    const SE3 told = SE3::planar(i % 50 < 5 ? 0.5 : 0.1, 0, 0);
+    drive.learning.add(Increment{told, increment_covariance(drive.model, told)}, scans);
+  }
+  EXPECT_LT(std::abs(drive.learning.errors()(0)), 0.03);
+  // Without one of the two there is nothing to compare.
+  const Eigen::Vector3d before = drive.learning.errors();
+  for (int i = 0; i < 100; ++i) {
+    drive.learning.add(std::nullopt, SE3::planar(0.1, 0, 0));
+    drive.learning.add(drive.wheels(SE3::planar(0.1, 0, 0), {0.1, 0, 0, 0}), std::nullopt);
+  }
+  EXPECT_EQ(drive.learning.errors(), before);
+}
+
+}  // namespace
+}  // namespace lamina::apps
