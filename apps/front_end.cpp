@@ -241,8 +241,7 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
   if (guess) {
     const std::optional<Increment> wheels = wheels_.between(*before, *last_scan_);
     step.wheels_moved = wheels->T_from_to;
-    const bool held = level && motion.status == ScanMotion::Status::kTracked;
-    learned_.add(wheels, held ? std::optional(motion.T_prev_curr_body) : std::nullopt);
+    learned_.add(wheels, motion.by_scans_alone);
   }
   return step;
 }

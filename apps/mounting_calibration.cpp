@@ -1,9 +1,11 @@
 // Three sensors' mountings, one after the other.
 #include <lamina/apps/mounting_calibration.hpp>
 
+#include <Eigen/LU>
 #include <algorithm>
 
 #include <lamina/frontend/odometry/heading_error.hpp>
+#include <lamina/frontend/odometry/lever_error.hpp>
 #include <lamina/frontend/segments/ground_lines.hpp>
 #include <lamina/frontend/segments/shared_walls.hpp>
 
@@ -58,6 +60,26 @@ std::optional<MountingCorrection> by_travel(const std::vector<Step>& steps) {
   if (!found || std::abs(found->value) < std::max(kLeast, kStandsOut * found->sigma))
     return std::nullopt;
   return MountingCorrection{{0, 0, found->value}, Eigen::Vector3d::Zero()};
+}
+
+// `T_new_old`: how the scanner was remounted since its motions were told.
+std::optional<MountingCorrection> by_turns(const std::vector<Step>& steps, const SE3& T_new_old) {
+  constexpr double kStandsOut = 13.8;  // chi-squared of 2 dof, one in a thousand
+  constexpr double kLeast = 0.005;     // m: wheels turn about no finer a point
+  constexpr double kMost = 0.06;       // m: more is no error but a mounting nobody stated
+  LeverError lever;
+  for (const Step& step : steps) {
+    if (!is_level_scan(step)) continue;
+    std::optional<SE3> by_scans = step.scan_motion->by_scans_alone;
+    if (by_scans) by_scans = T_new_old * *by_scans * T_new_old.inverse();
+    lever.add(step.wheels_moved, by_scans);
+  }
+  const auto found = lever.result();
+  if (!found) return std::nullopt;
+  const double chi2 = found->value.dot(found->covariance.inverse() * found->value);
+  const double off = found->value.norm();
+  if (chi2 < kStandsOut || off < kLeast || off > kMost) return std::nullopt;
+  return MountingCorrection{Eigen::Vector3d::Zero(), {-found->value.x(), -found->value.y(), 0}};
 }
 
 // Motions that scans told with a scanner said to sit elsewhere: a body that moves as this one does,
@@ -142,17 +164,29 @@ std::vector<CorrectedMounting> calibrate_mountings(std::vector<Step>& steps,
   }
   const auto T_body_lidar = mounting_of(steps, is_level_scan);
   if (!T_body_lidar || !relate_cameras(steps, all)) return all;
-  // Cameras that agree with the scanner turn with it.
-  if (const auto correction = planar ? by_travel(steps) : std::nullopt) {
-    turn_path(steps, loops, correction->apply(*T_body_lidar) * T_body_lidar->inverse());
+  // Cameras that agree with the scanner move with it.
+  SE3 T_new_old;
+  const auto move_all = [&](const std::optional<MountingCorrection>& correction, const char* by) {
+    if (!correction) return;
+    const SE3 T_now = T_new_old * *T_body_lidar;
+    const SE3 T_next_now = correction->apply(T_now) * T_now.inverse();
+    turn_path(steps, loops, T_next_now);
+    T_new_old = T_next_now * T_new_old;
     bool cameras = false;
     for (Step& step : steps) {
       if (!is_level_scan(step) && !is_image(step)) continue;
       cameras = cameras || is_image(step);
       remount(step, *correction);
     }
-    all.push_back({"scanner", "direction of travel", *correction});
-    if (cameras) all.push_back({"camera", "direction of travel", *correction});
+    all.push_back({"scanner", by, *correction});
+    if (cameras) all.push_back({"camera", by, *correction});
+  };
+  if (planar) {
+    move_all(by_travel(steps), "direction of travel");
+    // A scanner said to sit in the very middle is one of which nobody said where it sits: the
+    // body's poses are the scanner's own then, and stay so.
+    const bool stated = !T_body_lidar->translation().head<2>().isZero(0);
+    if (stated) move_all(by_turns(steps, T_new_old), "turns");
   }
   return all;
 }

@@ -42,6 +42,10 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   } else if (lost && !points_.empty()) {
     usual_.began(scan.stamp);
   }
+  const std::optional<PlanarPose> before = T_local_alone_;
+  T_local_alone_.reset();
+  if (motion.status == ScanMotion::Status::kTracked) T_local_alone_ = alone(prediction, match);
+  if (before && T_local_alone_) motion.by_scans_alone = lifted(before->inverse() * *T_local_alone_);
   const PlanarPose step = planar_part(motion.T_prev_curr_body);
   T_local_body_ = T_local_body_ * step;
   velocity_ = step;
@@ -54,7 +58,10 @@ ScanOdometry::Prediction ScanOdometry::predict(const std::optional<MotionGuess>&
     // A standstill may come with a covariance of zero: nothing is that sure.
     const Eigen::Matrix3d least =
         squares(options_.sigma_translation, options_.sigma_rotation).asDiagonal();
-    return {planar_part(wheels->T_prev_curr_body), planar_block(wheels->covariance) + least};
+    const PlanarPose T_prev_curr = planar_part(wheels->T_prev_curr_body);
+    // A scanner that sits elsewhere than it is said to is carried along by turns.
+    const Eigen::Matrix3d lever = squares(options_.sigma_lever * T_prev_curr.yaw, 0).asDiagonal();
+    return {T_prev_curr, planar_block(wheels->covariance) + least + lever};
   }
   return {velocity_, squares(options_.sigma_velocity, options_.sigma_turn).asDiagonal()};
 }
@@ -131,6 +138,18 @@ LineMatch ScanOdometry::search(const PlanarPose& start, const SearchWindow& wind
   LineMatchOptions fine = options_.match;
   fine.start_radius = std::min(fine.start_radius, 6 * options_.search_resolution);
   return match_lines(map_, points_, found->T_map_scan, {}, fine);
+}
+
+// At the minimum scan and prediction pull alike: without the latter the match is where the former's
+// information sends it.
+std::optional<PlanarPose> ScanOdometry::alone(const Prediction& prediction,
+                                              const LineMatch& match) const {
+  const PlanarPose to_predicted =
+      match.T_map_scan.inverse() * (T_local_body_ * prediction.T_prev_curr);
+  const Eigen::Vector3d e(to_predicted.x, to_predicted.y, to_predicted.yaw);
+  const Eigen::Vector3d d = match.information.inverse() * (prediction.covariance.inverse() * e);
+  if (!d.allFinite()) return std::nullopt;
+  return match.T_map_scan.boxplus(-d);
 }
 
 void ScanOdometry::fill(const Prediction& prediction, const LineMatch& match,

@@ -34,6 +34,7 @@ struct ScanOdometryOptions {
   double max_tilt = 0.5;  ///< rad between scanner and body plane; beyond, scans say nothing
   /// What a match is off at best, added to its covariance: m, rad, and per m or rad of motion.
   double sigma_translation = 0.0005, sigma_rotation = 0.0002, sigma_motion = 0.01;
+  double sigma_lever = 0.03;  ///< m: the scanner may sit off its stated place by this
   /// Constant velocity where there are no wheels: m and rad per step, 1-sigma.
   double sigma_velocity = 0.2, sigma_turn = 0.3;
   /// Height (m), roll and pitch (rad) that a step on a floor may change, 1-sigma, without wheels.
@@ -55,6 +56,9 @@ struct ScanMotion {
   };
   SE3 T_prev_curr_body;
   Matrix6d covariance = Matrix6d::Zero();  ///< right tangent (translation, rotation)
+  /// The motion less what the wheels had a say in; only where this scan and the one before were
+  /// tracked. Noisier, and the one to compare wheels with.
+  std::optional<SE3> by_scans_alone;
   Status status = Status::kFirst;
   int unknown_directions = 0;  ///< of x, y, yaw, that the scan left open
   double matched = 0;          ///< fraction of scan points found in the local map
@@ -79,7 +83,7 @@ class ScanOdometry {
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
   friend void fields(A& a, ScanOdometry& v) {
-    a(v.points_, v.T_local_body_, v.velocity_, v.key_scans_, v.map_, v.usual_);
+    a(v.points_, v.T_local_body_, v.T_local_alone_, v.velocity_, v.key_scans_, v.map_, v.usual_);
     if constexpr (A::kReading) v.grid_.reset();  // made anew from the map when it is needed
   }
 
@@ -104,11 +108,13 @@ class ScanOdometry {
   LineMatch search(const PlanarPose& start, const SearchWindow& window);
   void fill(const Prediction& prediction, const LineMatch& match,
             const std::optional<MotionGuess>& wheels, bool doubtful, ScanMotion& motion) const;
+  std::optional<PlanarPose> alone(const Prediction& prediction, const LineMatch& match) const;
   void keep_key_scan(const LineMatch& match, bool lost);
 
   ScanOdometryOptions options_;
   std::vector<OrientedPoint> points_;
   PlanarPose T_local_body_, velocity_;
+  std::optional<PlanarPose> T_local_alone_;  // of the last scan, by scans alone
   std::deque<KeyScan> key_scans_;
   PointMap map_;
   UsualFit usual_;
@@ -117,8 +123,8 @@ class ScanOdometry {
 
 template <class A>
 void fields(A& a, ScanMotion& v) {
-  a(v.T_prev_curr_body, v.covariance, v.status, v.unknown_directions, v.matched, v.searched,
-    v.iterations);
+  a(v.T_prev_curr_body, v.covariance, v.by_scans_alone, v.status, v.unknown_directions, v.matched,
+    v.searched, v.iterations);
 }
 
 }  // namespace lamina

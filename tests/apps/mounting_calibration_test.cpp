@@ -1,6 +1,7 @@
 // What follows from a mounting that was wrong.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <lamina/apps/mounting_calibration.hpp>
@@ -11,14 +12,15 @@ namespace {
 constexpr double kDegree = M_PI / 180;
 const SE3 kMounted(SO3::rot_z(0.4), {0.3, 0.1, 0.2});
 
-// Scans along a gentle curve and a step of the wheels alone after each, as a scanner mounted at
-// `T_said` has them.
+// Scans along a curve and a step of the wheels alone after each, as a scanner mounted at `T_said`
+// has them.
 std::vector<Step> drive(const SE3& T_said, std::size_t scans,
-                        SensorKind between = SensorKind::kLidar) {
-  const SE3 moved = SE3::planar(0.1, 0, 0.01);
+                        SensorKind between = SensorKind::kLidar, std::optional<double> turn = {}) {
   const SE3 D = T_said * kMounted.inverse();  // of the frame of the body that scans believe in
   std::vector<Step> steps;
   for (std::size_t i = 0; i < scans; ++i) {
+    const double way_round[] = {0, 1, -1};
+    const SE3 moved = SE3::planar(0.1, 0, turn ? *turn * way_round[i / 10 % 3] : 0.01);
     Step step;
     step.scan.emplace().lidar.T_body_lidar = T_said;
     step.observations.T_body_sensor = T_said;
@@ -26,6 +28,7 @@ std::vector<Step> drive(const SE3& T_said, std::size_t scans,
     if (i > 0) step.motion.T_from_to = SE3::planar(0.05, 0, 0).inverse() * step.motion.T_from_to;
     step.scan_motion.emplace().T_prev_curr_body = D * moved * D.inverse();
     step.scan_motion->status = ScanMotion::Status::kTracked;
+    step.scan_motion->by_scans_alone = D * moved * D.inverse();
     if (i > 0) step.wheels_moved = moved;
     steps.push_back(step);
     Step image;
@@ -66,6 +69,39 @@ TEST(MountingCalibration, AHeadingTurnsPathLoopsAndScans) {
   EXPECT_EQ(steps[0].motion.T_from_to.translation(), Eigen::Vector3d(5, 6, 0));
 }
 
+TEST(MountingCalibration, APlaceToldByTurnsMovesPathLoopsAndScans) {
+  const MountingCorrection error{Eigen::Vector3d::Zero(), {0.02, -0.01, 0}};
+  std::vector<Step> steps = drive(error.apply(kMounted), 200, SensorKind::kLidar, 0.1);
+  const std::vector<Step> right = drive(kMounted, 200, SensorKind::kLidar, 0.1);
+  const SE3 D = error.apply(kMounted) * kMounted.inverse();
+  const SE3 between = SE3::planar(1, 2, 2);
+  std::vector<LoopClosure> loops(1);
+  loops[0].T_from_to = D * between * D.inverse();
+  const auto corrected = calibrate_mountings(steps, loops, true);
+  ASSERT_EQ(corrected.size(), 1);
+  EXPECT_EQ(corrected[0].told_by, "turns");
+  EXPECT_LT((corrected[0].correction.translation_body + error.translation_body).norm(), 1e-6);
+  EXPECT_LT((last_scan(steps).translation() - last_scan(right).translation()).norm(), 1e-5);
+  EXPECT_LT((loops[0].T_from_to.translation() - between.translation()).norm(), 1e-6);
+  EXPECT_LT((steps[4].scan->lidar.T_body_lidar.translation() - kMounted.translation()).norm(),
+            1e-6);
+  // Nobody said where a scanner sits that is said to sit in the middle.
+  std::vector<Step> unstated = drive(SE3(), 200, SensorKind::kLidar, 0.1);
+  for (Step& step : unstated) {
+    if (!step.scan) continue;
+    const SE3 moved = error.apply(SE3());
+    auto& alone = step.scan_motion->by_scans_alone;
+    alone = moved * *alone * moved.inverse();
+  }
+  std::vector<CorrectedMounting> of_unstated = calibrate_mountings(unstated, loops, true);
+  EXPECT_TRUE(std::none_of(of_unstated.begin(), of_unstated.end(),
+                           [](const CorrectedMounting& c) { return c.told_by == "turns"; }));
+  // Farther off than mountings err, it is another frame of the body.
+  const MountingCorrection far{Eigen::Vector3d::Zero(), {0.2, 0, 0}};
+  std::vector<Step> other = drive(far.apply(kMounted), 200, SensorKind::kLidar, 0.1);
+  EXPECT_TRUE(calibrate_mountings(other, loops, true).empty());
+}
+
 TEST(MountingCalibration, WhatIsInOrderStays) {
   std::vector<Step> steps = drive(kMounted, 200);
   std::vector<LoopClosure> loops;
@@ -94,6 +130,7 @@ TEST(MountingCalibration, WhatWheelsAloneToldIsNotTurned) {
   std::vector<Step> steps = drive(error.apply(kMounted), 200);
   for (std::size_t i = 100; i < 140; i += 2) {
     steps[i].scan_motion->status = ScanMotion::Status::kPredicted;
+    steps[i].scan_motion->by_scans_alone.reset();
     steps[i].motion.T_from_to = SE3::planar(0.05, 0, 0.01);
   }
   std::vector<LoopClosure> loops;

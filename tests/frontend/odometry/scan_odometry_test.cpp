@@ -188,6 +188,32 @@ TEST(ScanOdometry, OverrulesWheelsThatCountBackwardsAsForwards) {
   EXPECT_EQ(lost, 0);
 }
 
+// What wheels are compared with must not be what they had a say in: four steps on one key scan.
+TEST(ScanOdometry, ScansAloneAreNotPulledByTheWheels) {
+  double fused = 0, alone = 0;
+  constexpr int kRuns = 20;
+  for (unsigned seed = 0; seed < kRuns; ++seed) {
+    Scanner scanner;
+    scanner.rng.seed(seed);
+    scanner.sigma = 0.03;
+    scanner.beams = 181;
+    ScanOdometry odometry;
+    for (int i = 0; i < 6; ++i) {
+      // Wheels sure of themselves, and short by a fifth.
+      std::optional<MotionGuess> g;
+      if (i > 0) g = guess(SE3::planar(0.04, 0, 0), 0.003, 0.003);
+      const SE3 pose = SE3::planar(-2 + 0.05 * i, 0.5, 0);
+      const ScanMotion m = odometry.process(scanner.scan(room(), pose, 0.1 * i), g);
+      EXPECT_EQ(m.by_scans_alone.has_value(), i >= 2);
+      if (i < 2) continue;
+      fused += m.T_prev_curr_body.translation().x() / (4 * kRuns);
+      alone += m.by_scans_alone->translation().x() / (4 * kRuns);
+    }
+  }
+  EXPECT_LT(fused, 0.047);
+  EXPECT_NEAR(alone, 0.05, 0.0025);
+}
+
 TEST(ScanOdometry, SameInputSameBytes) {
   const SE3 a = run(Scanner{}, 0.1, true, 20).T_first_last;
   const SE3 b = run(Scanner{}, 0.1, true, 20).T_first_last;
