@@ -118,14 +118,24 @@ bool FrontEnd::meet(Timestamp stamp) {
 
 // What the wheels say of the way from one measurement to the next. Logs without odometry often hold
 // one of zeros: wheels that never moved are no longer asked once scans tell of a way.
-std::optional<Increment> FrontEnd::driven(const std::optional<Timestamp>& from,
-                                          Timestamp to) const {
+std::optional<Increment> FrontEnd::measured_way(const std::optional<Timestamp>& from,
+                                                Timestamp to) const {
   if (last_scan_ && !wheels_.moved()) {
     constexpr double kWay = 0.2;  // m, or rad
     const SE3 way = first_step_->inverse() * T_start_scan_body_;
     if (way.translation().norm() > kWay || way.so3().log().norm() > kWay) return std::nullopt;
   }
-  const std::optional<Increment> measured = from ? wheels_.between(*from, to) : std::nullopt;
+  return from ? wheels_.between(*from, to) : std::nullopt;
+}
+
+// The same less what was learned of their lawful errors.
+std::optional<Increment> FrontEnd::driven(const std::optional<Timestamp>& from,
+                                          Timestamp to) const {
+  return less_lawful_errors(measured_way(from, to));
+}
+
+std::optional<Increment> FrontEnd::less_lawful_errors(
+    const std::optional<Increment>& measured) const {
   return measured && planar_ ? learned_.corrected(*measured) : measured;
 }
 
@@ -198,11 +208,13 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
   if (!meet(measured.stamp)) return std::nullopt;
   const bool level = is_level(measured.lidar.T_body_lidar, max_tilt_);
   LaserScan scan = straightened(measured, level);
-  std::optional<MotionGuess> guess;
-  if (const auto moved = driven(last_scan_, scan.stamp)) {
-    guess = MotionGuess{moved->T_from_to, moved->covariance};
-  }
   Step step;
+  std::optional<MotionGuess> guess;
+  const std::optional<Increment> wheels = measured_way(last_scan_, scan.stamp);
+  if (const auto moved = less_lawful_errors(wheels)) {
+    guess = MotionGuess{moved->T_from_to, moved->covariance};
+    step.wheels_moved = wheels->T_from_to;
+  }
   ScanMotion motion;
   {
     const auto timer = metrics.time("odometry");
@@ -234,15 +246,11 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
     scan_interval_ = scan.stamp - *last_scan_;
     scan_step_ = motion.T_prev_curr_body;
   }
-  const std::optional<Timestamp> before = std::exchange(last_scan_, scan.stamp);
+  last_scan_ = scan.stamp;
   step.T_start_body = T_start_body;
   step.scan = std::move(scan);
   if (level) step.scan_motion = motion;
-  if (guess) {
-    const std::optional<Increment> wheels = wheels_.between(*before, *last_scan_);
-    step.wheels_moved = wheels->T_from_to;
-    learned_.add(wheels, motion.by_scans_alone);
-  }
+  learned_.add(wheels, motion.by_scans_alone);
   return step;
 }
 

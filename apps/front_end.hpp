@@ -108,6 +108,8 @@ class FrontEnd {
   std::optional<Plane> first_floor_map();
   Matrix6d held_level(Matrix6d covariance) const;
   bool meet(Timestamp stamp);
+  std::optional<Increment> measured_way(const std::optional<Timestamp>& from, Timestamp to) const;
+  std::optional<Increment> less_lawful_errors(const std::optional<Increment>& measured) const;
   std::optional<Increment> driven(const std::optional<Timestamp>& from, Timestamp to) const;
 
   DepthDistortion distortion_;            // taken out of depth images

@@ -21,40 +21,30 @@ Eigen::Vector3d first_sigmas() { return {kScale, kDrift, kTurnScale}; }
 
 }  // namespace
 
-WheelLearning::WheelLearning() : covariance_(first_sigmas().cwiseAbs2().asDiagonal()) {
-  begin_piece();
-}
-
-void WheelLearning::begin_piece() {
-  wheels_ = {SE3(), Matrix6d::Zero()};
-  scans_ = SE3();
-  way_ = turn_ = 0;
-}
+WheelLearning::WheelLearning() : covariance_(first_sigmas().cwiseAbs2().asDiagonal()) {}
 
 void WheelLearning::add(const std::optional<Increment>& by_wheels,
                         const std::optional<SE3>& by_scans) {
-  if (!by_wheels || !by_scans) {
-    begin_piece();
-    return;
+  if (by_wheels && by_scans) {
+    piece_.add(by_wheels->T_from_to, *by_scans);
+    noise_ += by_wheels->covariance;
+    if (piece_.way < kPieceWay && piece_.turn < kPieceTurn) return;
+    compare();
   }
-  way_ += by_wheels->T_from_to.translation().norm();
-  turn_ += std::abs(by_wheels->T_from_to.so3().yaw());
-  wheels_.T_from_to = wheels_.T_from_to * by_wheels->T_from_to;
-  wheels_.covariance += by_wheels->covariance;
-  scans_ = scans_ * *by_scans;
-  if (way_ < kPieceWay && turn_ < kPieceTurn) return;
+  piece_ = {};
+  noise_.setZero();
+}
+
+void WheelLearning::compare() {
   covariance_.diagonal() += (kWalk * first_sigmas()).cwiseAbs2();
-  const double yaw = wheels_.T_from_to.so3().yaw();
-  const double turned = std::remainder(scans_.so3().yaw() - yaw, 2 * M_PI);
-  hear(turned, std::hypot(std::sqrt(wheels_.covariance(5, 5)), kScanTurn), {0, way_, yaw});
-  const Eigen::Vector2d t = wheels_.T_from_to.translation().head<2>();
+  const double yaw = piece_.wheels.so3().yaw();
+  const double turned = std::remainder(piece_.scans.so3().yaw() - yaw, 2 * M_PI);
+  hear(turned, std::hypot(std::sqrt(noise_(5, 5)), kScanTurn), {0, piece_.way, yaw});
+  const Eigen::Vector2d t = piece_.wheels.translation().head<2>();
   // On a piece that hardly leads anywhere the length says nothing of the scale.
-  if (t.norm() > kPieceWay / 2) {
-    const double along = scans_.translation().head<2>().dot(t) / t.norm();
-    const double sigma = std::hypot(std::sqrt(wheels_.covariance(0, 0)), kScanShift);
-    hear(along - t.norm(), sigma, {t.norm(), 0, 0});
-  }
-  begin_piece();
+  if (t.norm() <= kPieceWay / 2) return;
+  const double along = piece_.scans.translation().head<2>().dot(t) / t.norm();
+  hear(along - t.norm(), std::hypot(std::sqrt(noise_(0, 0)), kScanShift), {t.norm(), 0, 0});
 }
 
 void WheelLearning::hear(double value, double sigma, const Eigen::Vector3d& gradient) {

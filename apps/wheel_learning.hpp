@@ -4,6 +4,7 @@
 #include <optional>
 
 #include <lamina/apps/wheel_track.hpp>
+#include <lamina/frontend/odometry/paired_motion.hpp>
 
 namespace lamina::apps {
 
@@ -31,18 +32,17 @@ class WheelLearning {
   /// For archives (models/archive.hpp).
   template <class A>
   friend void fields(A& a, WheelLearning& v) {
-    a(v.errors_, v.covariance_, v.wheels_, v.scans_, v.way_, v.turn_);
+    a(v.errors_, v.covariance_, v.piece_, v.noise_);
   }
 
  private:
-  void begin_piece();
+  void compare();
   void hear(double value, double sigma, const Eigen::Vector3d& gradient);
 
   Eigen::Vector3d errors_ = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance_;
-  Increment wheels_;  // since the piece began
-  SE3 scans_;
-  double way_ = 0, turn_ = 0;  // m and rad, summed without sign
+  PairedMotion piece_;                 // since it began
+  Matrix6d noise_ = Matrix6d::Zero();  // the covariance of its wheels
 };
 
 }  // namespace lamina::apps

@@ -34,6 +34,13 @@ std::size_t judge(Factors& factors, const std::vector<double>& chi2, double limi
 
 }  // namespace
 
+double cost_of_leaving_out(const std::vector<FactorRef>& rejected, double limit) {
+  constexpr double kViewsOfALoop = 4;
+  double views = 0;
+  for (const FactorRef& f : rejected) views += f.type == FactorType::kLoop ? kViewsOfALoop : 1;
+  return limit * views;
+}
+
 bool solve_believing(Graph& graph, const Believed& believed, const RefineOptions& options,
                      RobustOutcome& outcome) {
   MinimizerOptions few_steps = options.minimizer;

@@ -6,14 +6,13 @@
 #include <lamina/backend/believing.hpp>
 
 namespace lamina {
+namespace {
+
 double truncated_cost(const RobustOutcome& outcome, double limit) {
-  constexpr double kViewsOfALoop = 4;
-  double left_out = 0;
-  for (const FactorRef& f : outcome.rejected) {
-    left_out += f.type == FactorType::kLoop ? kViewsOfALoop : 1;
-  }
-  return total(outcome.final_cost) + limit * left_out;
+  return total(outcome.final_cost) + cost_of_leaving_out(outcome.rejected, limit);
 }
+
+}  // namespace
 
 void hear_loops_together(Graph& graph, const RefineOptions& options,
                          const std::function<bool(const RefineProgress&)>& progress,

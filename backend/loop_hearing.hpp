@@ -5,11 +5,6 @@
 
 namespace lamina {
 
-/// Chi-squared of what was kept, and `limit` for each view left out, four times that for each loop:
-/// a name given wrongly comes back in many views, while each loop was found, refined and voted for
-/// on its own. (On freiburg_079 and variants of it, right loops lost to views at equal weight.)
-double truncated_cost(const RobustOutcome& outcome, double limit);
-
 /// Robust solves end in one of several minima. Where the map was made on a path that had drifted,
 /// walls met again carry the name of a neighbour that stood where they were expected; such views
 /// agree with each other, outnumber loops by a hundred to one and outvote them, one loop at a time.

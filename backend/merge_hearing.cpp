@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 
+#include <lamina/backend/believing.hpp>
 #include <lamina/backend/normal_equations.hpp>
 #include <lamina/backend/robust.hpp>
 #include <lamina/backend/turning_start.hpp>
@@ -15,7 +16,7 @@ using Pairs = std::vector<std::pair<PlaneId, PlaneId>>;
 constexpr int kMostTrials = 5;
 
 double truncated_cost(const RefineResult& result, double limit) {
-  double sum = limit * static_cast<double>(result.rejected.size());
+  double sum = cost_of_leaving_out(result.rejected, limit);
   for (const CostChange& change : result.costs) sum += change.after;
   return sum;
 }

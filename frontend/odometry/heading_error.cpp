@@ -29,18 +29,15 @@ double median(std::vector<double>& values) {
 
 void HeadingError::add(const std::optional<SE3>& by_wheels, const std::optional<SE3>& by_scans) {
   if (by_wheels && by_scans) {
-    wheels_ = wheels_ * *by_wheels;
-    scans_ = scans_ * *by_scans;
-    length_ += by_wheels->translation().norm();
-    turn_ += std::abs(by_wheels->so3().yaw());
-    if (turn_ <= kMostTurn && length_ < kPiece) return;
+    piece_.add(*by_wheels, *by_scans);
+    if (piece_.turn <= kMostTurn && piece_.way < kPiece) return;
     // Not where the robot went to and fro.
-    const double way = std::min(wheels_.translation().norm(), scans_.translation().norm());
-    if (turn_ <= kMostTurn && way > 0.8 * kPiece)
-      deltas_.push_back(wrap_angle(direction(scans_) - direction(wheels_)));
+    const double way =
+        std::min(piece_.wheels.translation().norm(), piece_.scans.translation().norm());
+    if (piece_.turn <= kMostTurn && way > 0.8 * kPiece)
+      deltas_.push_back(wrap_angle(direction(piece_.scans) - direction(piece_.wheels)));
   }
-  wheels_ = scans_ = SE3();
-  length_ = turn_ = 0;
+  piece_ = {};
 }
 
 std::optional<HeadingError::Result> HeadingError::result() const {

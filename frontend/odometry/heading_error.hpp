@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include <lamina/models/lie/se3.hpp>
+#include <lamina/frontend/odometry/paired_motion.hpp>
 
 namespace lamina {
 
@@ -28,8 +28,7 @@ class HeadingError {
   std::optional<Result> result() const;
 
  private:
-  SE3 wheels_, scans_;  // since the piece began
-  double length_ = 0, turn_ = 0;
+  PairedMotion piece_;  // since it began
   std::vector<double> deltas_;
 };
 

@@ -24,24 +24,20 @@ Eigen::Matrix2d rotation(double angle) { return PlanarPose{0, 0, angle}.rotation
 
 void LeverError::add(const std::optional<SE3>& by_wheels, const std::optional<SE3>& by_scans) {
   if (by_wheels && by_scans) {
-    wheels_ = wheels_ * *by_wheels;
-    scans_ = scans_ * *by_scans;
-    length_ += by_wheels->translation().norm();
-    turn_ += std::abs(by_wheels->so3().yaw());
-    if (turn_ < kPieceTurn && length_ < kPiece) return;
-    const PlanarPose w = planar_part(wheels_), s = planar_part(scans_);
+    piece_.add(*by_wheels, *by_scans);
+    if (piece_.turn < kPieceTurn && piece_.way < kPiece) return;
+    const PlanarPose w = planar_part(piece_.wheels), s = planar_part(piece_.scans);
     const Eigen::Vector2d t = rotation(0.5 * wrap_angle(s.yaw - w.yaw)) * w.translation();
     Piece piece;
     piece.A.col(0) = Eigen::Vector2d(-t.y(), t.x());
     piece.A.col(1) = t;
     piece.A.rightCols<2>() = Eigen::Matrix2d::Identity() - rotation(s.yaw);
     piece.d = s.translation() - t;
-    piece.sigma = std::sqrt(kBySlip * kBySlip * length_ + kByMatch * kByMatch);
+    piece.sigma = std::sqrt(kBySlip * kBySlip * piece_.way + kByMatch * kByMatch);
     piece.turns = std::abs(s.yaw) > kTurns;
     pieces_.push_back(piece);
   }
-  wheels_ = scans_ = SE3();
-  length_ = turn_ = 0;
+  piece_ = {};
 }
 
 std::optional<LeverError::Result> LeverError::result() const {

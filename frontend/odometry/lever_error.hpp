@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include <lamina/models/lie/se3.hpp>
+#include <lamina/frontend/odometry/paired_motion.hpp>
 
 namespace lamina {
 
@@ -36,8 +36,7 @@ class LeverError {
     bool turns;
   };
   std::vector<Piece> pieces_;
-  SE3 wheels_, scans_;  // since the piece began
-  double length_ = 0, turn_ = 0;
+  PairedMotion piece_;  // since it began
 };
 
 }  // namespace lamina

@@ -68,10 +68,10 @@ struct ScanMotion {
 
 /// Aligns each scan with a map of the last key scans by match_lines(); when too little of it fits,
 /// search_correlative() looks around: near where the robot was expected, then as far as it can have
-/// come. Wheel odometry is the start and a prior by its own
-/// covariance, so that it decides only what the scan leaves open. Motion is planar in the body's
-/// x-y plane whatever the scanner's mounting up to max_tilt. Without wheels, a scan after a long
-/// gap that fits worse than usual is not believed (UsualFit). Deterministic.
+/// come. Wheel odometry is the start and a prior by its own covariance, so that it decides only
+/// what the scan leaves open. Motion is planar in the body's x-y plane whatever the scanner's
+/// mounting up to max_tilt. Without wheels, a scan after a long gap that fits worse than usual is
+/// not believed (UsualFit). Deterministic.
 class ScanOdometry {
  public:
   explicit ScanOdometry(const ScanOdometryOptions& options = {});

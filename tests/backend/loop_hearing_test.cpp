@@ -1,6 +1,7 @@
 // Loops that were left out for views that carry a neighbour's name.
 #include <gtest/gtest.h>
 
+#include <lamina/backend/believing.hpp>
 #include <lamina/backend/loop_hearing.hpp>
 #include <lamina/backend/normal_equations.hpp>
 
@@ -145,13 +146,11 @@ TEST(LoopHearing, AWrongLoopChangesNothing) {
 }
 
 TEST(LoopHearing, ALoopLeftOutCostsAsMuchAsFourViews) {
-  RobustOutcome outcome;
-  outcome.final_cost[static_cast<std::size_t>(FactorType::kOdometry)] = 3;
-  EXPECT_EQ(truncated_cost(outcome, 25), 3);
-  outcome.rejected = {{FactorType::kPlaneMoments, 0}, {FactorType::kPlaneMoments, 7}};
-  EXPECT_EQ(truncated_cost(outcome, 25), 3 + 2 * 25);
-  outcome.rejected.push_back({FactorType::kLoop, 0});
-  EXPECT_EQ(truncated_cost(outcome, 25), 3 + 6 * 25);
+  EXPECT_EQ(cost_of_leaving_out({}, 25), 0);
+  std::vector<FactorRef> rejected = {{FactorType::kPlaneMoments, 0}, {FactorType::kSegment, 7}};
+  EXPECT_EQ(cost_of_leaving_out(rejected, 25), 2 * 25);
+  rejected.push_back({FactorType::kLoop, 0});
+  EXPECT_EQ(cost_of_leaving_out(rejected, 25), 6 * 25);
 }
 
 TEST(LoopHearing, WithoutALoopLeftOutNothingIsSolved) {
