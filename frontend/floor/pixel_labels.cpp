@@ -129,10 +129,13 @@ PixelLabeller::Border PixelLabeller::neighbours_of(const PlaneRegions& regions, 
   found.block = block;
   found.window = window(block);
   std::int16_t last = -1;
+  const int first_column = std::max(0, c0 - 2),
+            last_column = std::min(blocks_->columns - 1, c0 + 2);
   for (int r = std::max(0, r0 - 2); r <= std::min(blocks_->rows - 1, r0 + 2); ++r) {
-    for (int c = std::max(0, c0 - 2); c <= std::min(blocks_->columns - 1, c0 + 2); ++c) {
-      const std::int16_t label = labels[static_cast<std::size_t>(blocks_->index(c, r))];
-      if (label < 0 || label == last || found.count == Candidates::kMost) continue;
+    const std::int16_t* const row = labels.data() + blocks_->index(0, r);
+    for (int c = first_column; c <= last_column; ++c) {
+      const std::int16_t label = row[c];
+      if (label == last || label < 0 || found.count == Candidates::kMost) continue;
       last = label;
       const auto end = found.label.begin() + found.count;
       if (std::find(found.label.begin(), end, label) == end) {

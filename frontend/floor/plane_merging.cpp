@@ -89,16 +89,17 @@ bool PlaneRegions::seen_through(const PlaneRegion& a, const PlaneRegion& b) cons
   const Eigen::Vector2d to(b.sums.u / b.sums.n, b.sums.v / b.sums.n);
   const Eigen::Vector3f plane = a.plane.cast<float>();
   const int steps = std::max(2, static_cast<int>((to - from).norm() / blocks_->size));
+  const float gate2 = gate2_ * static_cast<float>(noise_.of_mean(64));
   int behind = 0, other = 0;
-  for (int k = 0; k <= steps; ++k) {
+  // The rest of the way cannot turn a majority of all its places.
+  for (int k = 0; k <= steps && 2 * std::max(behind, other) <= steps + 1; ++k) {
     const Eigen::Vector2d x = from + (to - from) * k / steps;
     const int c = nearest(x.x() + geometry_.cx) / blocks_->size;
     const int r = nearest(x.y() + geometry_.cy) / blocks_->size;
     if (c < 0 || r < 0 || c >= blocks_->columns || r >= blocks_->rows) continue;
     const Block& block = blocks_->at(c, r);
     const float residual = block.residual(plane);
-    const float gate = std::sqrt(gate2_ * static_cast<float>(noise_.of_mean(64)));
-    if (block.n > 0 && std::abs(residual) <= gate) continue;
+    if (block.n > 0 && residual * residual <= gate2) continue;
     ++(block.n > 0 && residual < 0 ? behind : other);
   }
   return behind > other;

@@ -322,15 +322,18 @@ bool PlaneRegions::is_scattered(int label) const {
   std::vector<Eigen::Vector2d> corners;
   for (int r = extent_[at(label)].first; r < extent_[at(label)].second; ++r) {
     const std::int16_t* const row = labels_.data() + blocks_->index(0, r);
+    int first = columns, end = 0;
     for (int c = 0; c < columns; ++c) {
       if (row[c] != label) continue;
       ++total;
-      const bool left = mine(c - 1, r), right = mine(c + 1, r);
-      core += left && right && mine(c, r - 1) && mine(c, r + 1);
-      if (left && right) continue;  // only the ends of a row can be corners of the hull
-      for (const int du : {0, 1}) {
-        for (const int dv : {0, 1}) corners.emplace_back(c + du, r + dv);
-      }
+      core += mine(c - 1, r) && mine(c + 1, r) && mine(c, r - 1) && mine(c, r + 1);
+      first = std::min(first, c);
+      end = c + 1;
+    }
+    if (end == 0) continue;
+    for (const int dv : {0, 1}) {  // only the ends of a row can be corners of the hull
+      corners.emplace_back(first, r + dv);
+      corners.emplace_back(end, r + dv);
     }
   }
   if (6 * core >= total) return false;
