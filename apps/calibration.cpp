@@ -10,42 +10,62 @@
 #include <lamina/apps/wheel_calibration.hpp>
 
 namespace lamina::apps {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+void tell(const CorrectedMounting& one, io::Metrics& metrics) {
+  const Eigen::Vector3d degrees = one.correction.rotation_body / kDegree;
+  const Eigen::Vector3d cm = 100 * one.correction.translation_body;
+  spdlog::info(
+      "{} remounted by {}: turned by ({:+.2f}, {:+.2f}, {:+.2f}) deg, moved by ({:+.1f}, "
+      "{:+.1f}, {:+.1f}) cm",
+      one.sensor, one.told_by, degrees.x(), degrees.y(), degrees.z(), cm.x(), cm.y(), cm.z());
+  for (int k = 0; k < 3; ++k) {
+    const char axis = "xyz"[k];
+    metrics.counts[fmt::format("{}_turned_{}_deg", one.sensor, axis)] += degrees(k);
+    metrics.counts[fmt::format("{}_moved_{}_cm", one.sensor, axis)] += cm(k);
+  }
+}
+
+}  // namespace
 
 void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, io::Metrics& metrics,
                     const std::function<bool()>& ended) {
   if (!wheels_and_images_alone(steps)) return;
   const auto timer = metrics.time("wheels");
-  const auto errors = calibrate_wheels(steps, options, ended);
-  if (!errors) return;
-  constexpr double kDegree = M_PI / 180;
-  const Eigen::Vector4d sigma = errors->covariance.diagonal().cwiseSqrt();
+  const auto found = calibrate_wheels(steps, options, ended);
+  if (!found) return;
+  const WheelErrors::Vector& value = found->errors.value;
+  const WheelErrors::Vector sigma = found->errors.covariance.diagonal().cwiseSqrt();
+  const double turned = found->cameras.rotation_body.z() / kDegree;
+  const Eigen::Vector2d cm = 100 * found->cameras.translation_body.head<2>();
   spdlog::info(
       "wheels corrected by: scale {:+.4f} +- {:.4f}, drift {:+.3f} +- {:.3f} deg/m, turns "
-      "{:+.4f} +- {:.4f}; camera turned by {:+.2f} +- {:.2f} deg",
-      errors->value(0), sigma(0), errors->value(1) / kDegree, sigma(1) / kDegree, errors->value(2),
-      sigma(2), -errors->value(3) / kDegree, sigma(3) / kDegree);
-  metrics.counts["wheel_scale_correction"] = errors->value(0);
-  metrics.counts["wheel_drift_correction_deg_per_m"] = errors->value(1) / kDegree;
-  metrics.counts["wheel_turn_correction"] = errors->value(2);
-  metrics.counts["camera_turned_z_deg"] -= errors->value(3) / kDegree;
+      "{:+.4f} +- {:.4f}; camera turned by {:+.2f} +- {:.2f} deg, moved by ({:+.1f}, {:+.1f}) cm",
+      value(0), sigma(0), value(1) / kDegree, sigma(1) / kDegree, value(2), sigma(2), turned,
+      sigma(3) / kDegree, cm.x(), cm.y());
+  metrics.counts["wheel_scale_correction"] = value(0);
+  metrics.counts["wheel_drift_correction_deg_per_m"] = value(1) / kDegree;
+  metrics.counts["wheel_turn_correction"] = value(2);
+  metrics.counts["camera_turned_z_deg"] += turned;
+  metrics.counts["camera_moved_x_cm"] += cm.x();
+  metrics.counts["camera_moved_y_cm"] += cm.y();
 }
 
 void correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops, bool planar,
                        io::Metrics& metrics) {
-  constexpr double kDegree = M_PI / 180;
-  for (const auto& [sensor, told_by, correction] : calibrate_mountings(steps, loops, planar)) {
-    const Eigen::Vector3d degrees = correction.rotation_body / kDegree;
-    const Eigen::Vector3d cm = 100 * correction.translation_body;
-    spdlog::info(
-        "{} remounted by {}: turned by ({:+.2f}, {:+.2f}, {:+.2f}) deg, moved by ({:+.1f}, "
-        "{:+.1f}, {:+.1f}) cm",
-        sensor, told_by, degrees.x(), degrees.y(), degrees.z(), cm.x(), cm.y(), cm.z());
-    for (int k = 0; k < 3; ++k) {
-      const char axis = "xyz"[k];
-      metrics.counts[fmt::format("{}_turned_{}_deg", sensor, axis)] += degrees(k);
-      metrics.counts[fmt::format("{}_moved_{}_cm", sensor, axis)] += cm(k);
-    }
-  }
+  for (const CorrectedMounting& one : calibrate_mountings(steps, loops, planar)) tell(one, metrics);
+}
+
+void correct_motions_by_images(const OpenRecording& open, const DepthDistortion& distortion,
+                               std::vector<Step>& steps, io::Metrics& metrics,
+                               const std::function<bool()>& ended) {
+  if (!wheels_and_images_alone(steps)) return;
+  const auto timer = metrics.time("images_beside_wheels");
+  const MotionsByImages found = refine_motions_by_images(open, distortion, steps, ended);
+  metrics.counts["motions_by_images"] = found.told;
+  if (found.mounting) tell({"camera", "images against wheels", *found.mounting}, metrics);
 }
 
 }  // namespace lamina::apps

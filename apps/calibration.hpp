@@ -5,6 +5,7 @@
 #include <vector>
 
 #include <lamina/apps/front_end.hpp>
+#include <lamina/apps/image_motion.hpp>
 #include <lamina/backend/mapper_options.hpp>
 #include <lamina/frontend/odometry/loop_closer.hpp>
 #include <lamina/io/metrics.hpp>
@@ -19,5 +20,10 @@ void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, io::
 /// calibrate_mountings(), likewise.
 void correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops, bool planar,
                        io::Metrics& metrics);
+
+/// refine_motions_by_images() where there are no scans, likewise.
+void correct_motions_by_images(const OpenRecording& open, const DepthDistortion& distortion,
+                               std::vector<Step>& steps, io::Metrics& metrics,
+                               const std::function<bool()>& ended);
 
 }  // namespace lamina::apps

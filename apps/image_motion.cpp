@@ -1,14 +1,25 @@
 // Images and steps go side by side, by their stamps.
 #include <lamina/apps/image_motion.hpp>
 
+#include <lamina/apps/camera_against_wheels.hpp>
 #include <lamina/apps/depth_images.hpp>
+#include <lamina/apps/mounting_calibration.hpp>
+#include <lamina/apps/wheel_calibration.hpp>
 
 namespace lamina::apps {
 
-int refine_motions_by_images(Recording& recording, const DepthDistortion& distortion,
-                             std::vector<Step>& steps, const std::function<bool()>& ended) {
+namespace {
+
+struct Told {
+  std::vector<std::optional<Increment>> motions;  // of the steps, where images tell them
+  std::optional<MountingCorrection> mounting;
+};
+
+Told look(Recording& recording, const DepthDistortion& distortion, const std::vector<Step>& steps,
+          const std::function<bool()>& ended) {
   DepthOdometry odometry;
-  int told = 0;
+  CameraAgainstWheels camera(camera_place(steps), odometry.options());
+  Told told{std::vector<std::optional<Increment>>(steps.size()), {}};
   std::size_t i = 0;
   bool follows = false;  // the image of the step before was seen
   while (!ended()) {
@@ -18,22 +29,44 @@ int refine_motions_by_images(Recording& recording, const DepthDistortion& distor
     while (i < steps.size() && steps[i].observations.stamp < frame->stamp) ++i;
     if (i == steps.size() || frame->stamp < steps[i].observations.stamp) continue;
     follows = follows && i <= before;
-    Step& step = steps[i];
+    const Step& step = steps[i];
     distortion.correct(*frame);
     frame->camera.camera.T_body_camera = step.observations.T_body_sensor;
-    const Increment wheels = step.motion;
+    const Increment& wheels = step.motion;
     const DepthMotion motion =
         odometry.process(*frame, MotionGuess{wheels.T_from_to, wheels.covariance});
     const bool measured = motion.status == ScanMotion::Status::kTracked ||
                           motion.status == ScanMotion::Status::kDegenerate;
-    if (follows && measured && step.motion_known && !motion.doubtful) {
-      step.motion = {motion.T_prev_curr_body, motion.covariance};
-      ++told;
-    }
+    const bool known = follows && step.motion_known;
+    if (known && measured && !motion.doubtful)
+      told.motions[i] = Increment{motion.T_prev_curr_body, motion.covariance};
+    camera.add(known ? std::optional(wheels) : std::nullopt, motion);
     follows = true;
     ++i;
   }
+  told.mounting = camera.correction();
   return told;
+}
+
+}  // namespace
+
+MotionsByImages refine_motions_by_images(const OpenRecording& open,
+                                         const DepthDistortion& distortion,
+                                         std::vector<Step>& steps,
+                                         const std::function<bool()>& ended) {
+  Told told = look(*open(), distortion, steps, ended);
+  MotionsByImages result;
+  if (told.mounting && !ended()) {
+    result.mounting = told.mounting;
+    for (Step& step : steps) remount(step, *told.mounting);
+    told = look(*open(), distortion, steps, ended);
+  }
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (!told.motions[i]) continue;
+    steps[i].motion = *told.motions[i];
+    ++result.told;
+  }
+  return result;
 }
 
 }  // namespace lamina::apps

@@ -2,19 +2,32 @@
 #pragma once
 
 #include <functional>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include <lamina/apps/front_end.hpp>
+#include <lamina/frontend/segments/mounting_correction.hpp>
 #include <lamina/sensors/recording.hpp>
 
 namespace lamina::apps {
 
+using OpenRecording = std::function<std::unique_ptr<Recording>()>;
+
+struct MotionsByImages {
+  int told = 0;                                ///< steps whose motions images tell now
+  std::optional<MountingCorrection> mounting;  ///< what was done to the camera's mounting
+};
+
 /// A second look over the depth images, once errors of wheels and mountings are out of the steps:
 /// depth odometry with the wheels for a prior gives the motions between images, in all directions
 /// that surfaces hold. Steps whose image is not there, or says nothing, keep the wheels' motion.
-/// `recording` is used up. For steps of wheels and depth images alone. Returns how many motions
-/// images told; `ended` returning true stops early.
-int refine_motions_by_images(Recording& recording, const DepthDistortion& distortion,
-                             std::vector<Step>& steps, const std::function<bool()>& ended);
+/// Where images and wheels tell that the camera sits otherwise than is said (CameraAgainstWheels),
+/// it is remounted and all images are looked at once more. For steps of wheels and depth images
+/// alone. `ended` returning true stops early.
+MotionsByImages refine_motions_by_images(const OpenRecording& open,
+                                         const DepthDistortion& distortion,
+                                         std::vector<Step>& steps,
+                                         const std::function<bool()>& ended);
 
 }  // namespace lamina::apps

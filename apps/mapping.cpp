@@ -14,7 +14,6 @@
 #include <lamina/apps/dead_reckoning.hpp>
 #include <lamina/apps/depth_calibration.hpp>
 #include <lamina/apps/front_end.hpp>
-#include <lamina/apps/image_motion.hpp>
 #include <lamina/apps/interrupt.hpp>
 #include <lamina/apps/live.hpp>
 #include <lamina/apps/loop_book.hpp>
@@ -22,7 +21,6 @@
 #include <lamina/apps/preset.hpp>
 #include <lamina/apps/progress.hpp>
 #include <lamina/apps/reader.hpp>
-#include <lamina/apps/wheel_calibration.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/online_upkeep.hpp>
 #include <lamina/backend/refiner.hpp>
@@ -183,10 +181,9 @@ Mapper map_offline(Run& run) {
   const auto ended = [&] { return run.interrupt.interrupted() && !ended_before; };
   const bool wheels = run.front_end.met_wheels();
   if (settings.calibrate_wheels && wheels) correct_wheels(steps, options, output.metrics, ended);
-  if (run.open_again && settings.images_beside_wheels && wheels && wheels_and_images_alone(steps)) {
-    const auto timer = output.metrics.time("images_beside_wheels");
-    output.metrics.counts["motions_by_images"] =
-        refine_motions_by_images(*run.open_again(), run.front_end.depth_distortion(), steps, ended);
+  if (run.open_again && settings.images_beside_wheels && wheels) {
+    correct_motions_by_images(run.open_again, run.front_end.depth_distortion(), steps,
+                              output.metrics, ended);
   }
   Mapper mapper(options);
   LoopBook book;

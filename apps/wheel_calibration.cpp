@@ -4,24 +4,23 @@
 #include <algorithm>
 
 #include <lamina/apps/mounting_calibration.hpp>
+#include <lamina/apps/wheel_prior.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/refiner.hpp>
 
 namespace lamina::apps {
 namespace {
 
-// Sigmas of scale (1), drift (rad/m) and turn scale (1) among robots' wheels, and of the direction
-// (rad) among mountings.
-const Eigen::Vector4d kUsual(0.03, 0.02, 0.01, 0.026);
+using Vector = WheelErrors::Vector;
 constexpr int kMostPasses = 3;
 
 bool by_wheels(const Step& step) { return step.motion_known && !step.tracking_lost; }
 
-SE3 corrected_motion(const Step& step, const Eigen::Vector4d& errors) {
+SE3 corrected_motion(const Step& step, const Vector& errors) {
   return by_wheels(step) ? corrected(step.motion.T_from_to, errors) : step.motion.T_from_to;
 }
 
-Graph refined_graph(const std::vector<Step>& steps, const Eigen::Vector4d& errors,
+Graph refined_graph(const std::vector<Step>& steps, const Vector& errors,
                     const MapperOptions& options, const std::function<bool()>& ended) {
   Mapper mapper(options);
   for (std::size_t i = 0; i < steps.size() && !ended(); ++i) {
@@ -37,40 +36,53 @@ Graph refined_graph(const std::vector<Step>& steps, const Eigen::Vector4d& error
 
 }  // namespace
 
+Eigen::Vector2d camera_place(const std::vector<Step>& steps) {
+  for (const Step& step : steps) {
+    const SE3& T = step.observations.T_body_sensor;
+    if (!T.translation().isZero(0)) return T.translation().head<2>();
+  }
+  return Eigen::Vector2d::Zero();
+}
+
 bool wheels_and_images_alone(const std::vector<Step>& steps) {
   return std::none_of(steps.begin(), steps.end(),
                       [](const Step& step) { return step.scan.has_value(); });
 }
 
-std::optional<WheelErrors> calibrate_wheels(std::vector<Step>& steps, const MapperOptions& options,
-                                            const std::function<bool()>& ended) {
-  double by_chance = 4;  // mean of chi-squared where there are no errors
-  constexpr double kStays = 1;
-  constexpr double kTold = 3;  // sigmas: below, how cameras are turned stays as calibrated
-  Eigen::Vector4d usual = kUsual;
+std::optional<WheelCalibration> calibrate_wheels(std::vector<Step>& steps,
+                                                 const MapperOptions& options,
+                                                 const std::function<bool()>& ended) {
+  constexpr double kStays = 1;  // chi-squared of what a pass adds
+  constexpr double kTold = 3;   // sigmas: below, how cameras are turned stays as calibrated
+  WheelPrior prior(camera_place(steps));
   WheelErrors all;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     const Graph graph = refined_graph(steps, all.value, options, ended);
     if (ended()) return std::nullopt;
-    auto more = estimate_wheel_errors(graph, usual, all.value);
-    if (pass == 0 && more && std::abs(more->value(3)) < kTold * std::sqrt(more->covariance(3, 3))) {
-      usual(3) = 1e-5;
-      by_chance = 3;
-      more = estimate_wheel_errors(graph, usual, all.value);
+    const auto estimate = [&] {
+      return estimate_wheel_errors(graph, prior.information(), all.value);
+    };
+    auto more = estimate();
+    if (pass == 0 && more && prior.place_is_free() && !prior.place_told(*more)) {
+      prior.fix_place();
+      more = estimate();
     }
-    if (!more || (pass == 0 && more->significance() < by_chance)) return std::nullopt;
+    if (pass == 0 && more && !prior.direction_told(*more, kTold)) {
+      prior.fix_direction();
+      more = estimate();
+    }
+    if (!more || (pass == 0 && more->significance() < prior.free())) return std::nullopt;
     all = {all.value + more->value, more->covariance};
     if (more->significance() < kStays) break;
   }
-  // The direction of travel is told in the frame in which cameras are said to sit: they turn back.
-  const MountingCorrection turned{{0, 0, -all.value(3)}, Eigen::Vector3d::Zero()};
-  Eigen::Vector4d of_wheels = all.value;
-  of_wheels(3) = 0;
+  const MountingCorrection moved = prior.correction(all.value);
+  Vector of_wheels = all.value;
+  of_wheels.tail<3>().setZero();
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (i > 0) steps[i].motion.T_from_to = corrected_motion(steps[i], of_wheels);
-    remount(steps[i], turned);
+    remount(steps[i], moved);
   }
-  return all;
+  return WheelCalibration{all, moved};
 }
 
 }  // namespace lamina::apps

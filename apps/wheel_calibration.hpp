@@ -8,6 +8,7 @@
 #include <lamina/apps/front_end.hpp>
 #include <lamina/backend/mapper_options.hpp>
 #include <lamina/backend/wheel_errors.hpp>
+#include <lamina/frontend/segments/mounting_correction.hpp>
 
 namespace lamina::apps {
 
@@ -16,12 +17,22 @@ namespace lamina::apps {
 /// another way tells too little of the path for this.
 bool wheels_and_images_alone(const std::vector<Step>& steps);
 
-/// Maps the steps, estimates scale, drift and turn scale of the wheels, and
-/// the heading of the cameras against their direction of travel, with the refined graph, and
-/// goes on with motions so corrected until the estimate stays. Where the errors stand out from what
-/// chance gives, motions and mountings of `steps` are replaced and the errors given; nullopt, and
-/// steps as they were, where they do not. `ended` returning true stops early.
-std::optional<WheelErrors> calibrate_wheels(std::vector<Step>& steps, const MapperOptions& options,
-                                            const std::function<bool()>& ended);
+/// Where the first camera is said to sit (m, body x and y).
+Eigen::Vector2d camera_place(const std::vector<Step>& steps);
+
+/// What was wrong with wheels, and what was done to the cameras' mountings.
+struct WheelCalibration {
+  WheelErrors errors;
+  MountingCorrection cameras;
+};
+
+/// Maps the steps, estimates scale, drift and turn scale of the wheels, and heading and place of
+/// the cameras against their direction of travel and the point they turn about, with the refined
+/// graph, and goes on with motions so corrected until the estimate stays. Where the errors stand
+/// out from what chance gives, motions and mountings of `steps` are replaced;
+/// nullopt, and steps as they were, where they do not. `ended` returning true stops early.
+std::optional<WheelCalibration> calibrate_wheels(std::vector<Step>& steps,
+                                                 const MapperOptions& options,
+                                                 const std::function<bool()>& ended);
 
 }  // namespace lamina::apps

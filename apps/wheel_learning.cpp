@@ -62,8 +62,8 @@ Increment WheelLearning::corrected(const Increment& by_wheels) const {
   const SE3& T = by_wheels.T_from_to;
   const double way = T.translation().norm(), yaw = T.so3().yaw();
   const Eigen::Vector3d turning(0, way, yaw);
-  Increment result{lamina::corrected(T, {errors_(0), errors_(1), errors_(2), 0}),
-                   by_wheels.covariance};
+  const WheelErrors::Vector errors = WheelErrors::of(errors_(0), errors_(1), errors_(2));
+  Increment result{lamina::corrected(T, errors), by_wheels.covariance};
   const Eigen::Vector3d along = std::sqrt(covariance_(0, 0)) * T.translation();
   result.covariance.topLeftCorner<3, 3>() += along * along.transpose();
   result.covariance(5, 5) += turning.dot(covariance_ * turning);

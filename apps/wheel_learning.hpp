@@ -13,9 +13,9 @@ namespace lamina::apps {
 /// scans held all directions, the motion by scans is compared with that by wheels:
 ///   t_scans . t_wheels / |t_wheels|^2 = 1 + scale,
 ///   yaw_scans - yaw_wheels = drift |t| + turn_scale yaw_wheels
-/// (WheelErrors of the backend, without its direction). A Kalman filter over these three, zero at
-/// first to 5 %, 0.5 deg/m and 5 %, with a slow random walk (loads, floors). Pieces beyond three
-/// sigmas (slipping, counters without a sign) tell nothing lawful and are left out. Causal.
+/// (WheelErrors of the backend, without direction and place). A Kalman filter over these three,
+/// zero at first to 5 %, 0.5 deg/m and 5 %, with a slow random walk (loads, floors). Pieces beyond
+/// three sigmas (slipping, counters without a sign) tell nothing lawful and are left out. Causal.
 class WheelLearning {
  public:
   WheelLearning();

@@ -8,32 +8,40 @@
 namespace lamina {
 
 /// Systematic errors of planar odometry over an increment that it measured as (t, yaw):
-///   t_true = (1 + scale) Rz(turn / 2 + direction) t,  yaw_true = yaw + turn,
-///   turn = drift |t| + turn_scale yaw.
-/// `direction` is that of travel in the frame in which sensors are said to sit: their common
-/// heading is off by it the other way round.
+///   yaw_true = yaw + turn,  turn = drift |t| + turn_scale yaw,
+///   t_true = (1 + scale) Rz(turn / 2 + direction) t + (Rz(yaw_true) - I) place.
+/// True increments are those of the frame in which sensors are said to sit. Its axes are turned by
+/// -direction against the wheels', its origin lies at `place` from theirs, in its own axes.
 struct WheelErrors {
-  /// scale (1), drift (rad/m), turn_scale (1), direction (rad)
-  Eigen::Vector4d value = Eigen::Vector4d::Zero();
-  Eigen::Matrix4d covariance = Eigen::Matrix4d::Zero();
+  static constexpr int kCount = 6;
+  using Vector = Eigen::Matrix<double, kCount, 1>;
+  using Matrix = Eigen::Matrix<double, kCount, kCount>;
+  /// scale (1), drift (rad/m), turn_scale (1), direction (rad), place (x, y; m)
+  Vector value = Vector::Zero();
+  Matrix covariance = Matrix::Zero();
 
-  /// Chi-squared of 4 degrees of freedom: how far the errors stand out from none.
+  static Vector of(double scale, double drift, double turn_scale, double direction = 0,
+                   double x = 0, double y = 0) {
+    return (Vector() << scale, drift, turn_scale, direction, x, y).finished();
+  }
+
+  /// Chi-squared of 6 degrees of freedom: how far the errors stand out from none.
   double significance() const;
 };
 
 /// The increment as these errors correct it.
-SE3 corrected(const SE3& T_from_to, const Eigen::Vector4d& errors);
+SE3 corrected(const SE3& T_from_to, const WheelErrors::Vector& errors);
 
-/// One Gauss-Newton step of a refined graph in which the four errors of all its
+/// One Gauss-Newton step of a refined graph in which the six errors of all its
 /// odometry factors are states beside poses and planes:
 ///   [H  B] [dx]     [J^T r]
 ///   [B' C] [de] = - [j^T r]     solved for de with x eliminated,
 /// B by central differences of the gradient, C and j by those of the whitened odometry residuals.
-/// The errors are zero to `prior_sigma`, of which the graph's odometry was corrected by `already`:
-/// what is told is what must be added to that. nullopt where the graph has no odometry, or its
-/// system cannot be solved.
+/// The errors are zero with `prior_information`, of which the graph's odometry was corrected by
+/// `already`: what is told is what must be added to that. nullopt where the graph has no odometry,
+/// or its system cannot be solved.
 std::optional<WheelErrors> estimate_wheel_errors(
-    const Graph& graph, const Eigen::Vector4d& prior_sigma,
-    const Eigen::Vector4d& already = Eigen::Vector4d::Zero());
+    const Graph& graph, const WheelErrors::Matrix& prior_information,
+    const WheelErrors::Vector& already = WheelErrors::Vector::Zero());
 
 }  // namespace lamina

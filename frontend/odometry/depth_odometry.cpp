@@ -32,6 +32,7 @@ struct DepthOdometry::Expectation {
 struct DepthOdometry::Alignment {
   SE3 T_world_camera;
   Matrix6d information = Matrix6d::Zero();  ///< of the image alone
+  Vector6d pull = Vector6d::Zero();         ///< information (by the image alone - as aligned)
   int unknown = 6;
   std::vector<Vector6d> open;  ///< the unknown directions, camera tangents
   double matched = 0, rms = 0;
@@ -108,6 +109,7 @@ void DepthOdometry::align(const DepthBlocks& current, const SE3& predicted, cons
     if (fine && step < 1e-4) break;
     if (!fine && step < 1e-3) left = 0;
   }
+  a.pull = -prior * (a.T_world_camera.inverse() * predicted).log();
 }
 
 double DepthOdometry::fit(const DepthBlocks& current, const SE3& T_world_camera) const {
@@ -266,6 +268,11 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   const Matrix6d Ad = T_body_camera.adjoint();
   motion.covariance = Ad * covariance * Ad.transpose();
   motion.covariance = 0.5 * (motion.covariance + motion.covariance.transpose()).eval();
+  if (!lost) {
+    const Matrix6d Ad_inverse = T_body_camera.inverse().adjoint();
+    motion.image_information = Ad_inverse.transpose() * a.information * Ad_inverse;
+    motion.image_pull = Ad_inverse.transpose() * a.pull;
+  }
   motion.heading_guessed =
       guessed_heading(motion, Ad.row(5) * expected.covariance * Ad.row(5).transpose());
   T_world_camera_ = T_world_camera_ * step;

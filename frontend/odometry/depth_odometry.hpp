@@ -58,6 +58,10 @@ struct DepthOdometryOptions {
 struct DepthMotion {
   SE3 T_prev_curr_body;
   Matrix6d covariance = Matrix6d::Zero();  ///< right tangent (translation, rotation)
+  /// Of the image alone, against the latest key frame (body tangent); and information times what
+  /// the image alone is off the motion given, which the expected motion pulls to itself.
+  Matrix6d image_information = Matrix6d::Zero();
+  Vector6d image_pull = Vector6d::Zero();
   ScanMotion::Status status = ScanMotion::Status::kFirst;
   int unknown_directions = 0;  ///< of six, that the image left open
   double matched = 0;          ///< fraction of oriented blocks that fit the key frame

@@ -25,7 +25,7 @@ class LeverError {
   /// The body's motion since the last call, by both; nullopt where one of them does not tell it:
   /// the piece begins anew.
   void add(const std::optional<SE3>& by_wheels, const std::optional<SE3>& by_scans);
-  /// nullopt for fewer than 20 pieces that turn by 0.3 rad or more.
+  /// nullopt for fewer than six pieces that turn by 0.3 rad or more.
   std::optional<Result> result() const;
 
  private:

@@ -253,8 +253,9 @@ std::vector<LoopClosure> LoopCloser::close(int submap) {
     if (edge && accept(*edge)) loops.push_back(lifted_loop(*edge, score));
   }
   if (options_.visits > 0 && known_well(submap, loops.empty() ? 2 : 1)) {
-    submaps_[static_cast<std::size_t>(submap)].points = {};
-    submaps_[static_cast<std::size_t>(submap)].fans = {};
+    Submap& known = submaps_[static_cast<std::size_t>(submap)];
+    known.points = std::vector<OrientedPoint>();  // = {} would keep their memory
+    known.fans = std::vector<SightFan>();
   }
   return loops;
 }
@@ -297,6 +298,16 @@ bool LoopCloser::starts_submap(Timestamp stamp) const {
   const auto at = std::lower_bound(submaps_.begin(), submaps_.end(), stamp,
                                    [](const Submap& s, Timestamp t) { return s.stamp < t; });
   return at != submaps_.end() && at->stamp == stamp;
+}
+
+std::size_t LoopCloser::bytes() const {
+  std::size_t sum = 0;
+  for (const Submap& submap : submaps_) {
+    sum += submap.points.capacity() * sizeof(OrientedPoint) +
+           submap.fans.capacity() * sizeof(SightFan);
+    for (const SightFan& fan : submap.fans) sum += fan.nearest.capacity() * sizeof(float);
+  }
+  return sum;
 }
 
 std::vector<LoopClosure> LoopCloser::finish() {

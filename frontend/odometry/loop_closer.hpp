@@ -82,6 +82,8 @@ class LoopCloser {
     }
   };
   const Counts& counts() const { return counts_; }
+  /// Memory that the points and views of all submaps hold.
+  std::size_t bytes() const;
 
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>

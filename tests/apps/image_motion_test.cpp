@@ -37,12 +37,18 @@ class DriveRecording final : public Recording {
   const Calibration& calibration() const override { return calibration_; }
   std::map<std::string, std::int64_t> skipped() const override { return {}; }
 
-  int without = -1, breaks_at = -1;
+  explicit DriveRecording(int the_missing = -1, int the_broken = -1)
+      : without(the_missing), breaks_at(the_broken) {}
 
  private:
+  int without, breaks_at;
   int given_ = 0;
   Calibration calibration_;
 };
+
+OpenRecording opens(int without = -1, int breaks_at = -1) {
+  return [=] { return std::make_unique<DriveRecording>(without, breaks_at); };
+}
 
 // Wheels that say a tenth too much, and drift.
 std::vector<Step> steps_by_wheels() {
@@ -70,8 +76,7 @@ const auto kOn = [] { return false; };
 TEST(ImageMotion, ImagesTellBetterThanWheels) {
   std::vector<Step> steps = steps_by_wheels();
   const double before = error(steps);
-  DriveRecording recording;
-  EXPECT_EQ(refine_motions_by_images(recording, {}, steps, kOn), kImages - 1);
+  EXPECT_EQ(refine_motions_by_images(opens(), {}, steps, kOn).told, kImages - 1);
   EXPECT_GT(before, 0.06);
   EXPECT_LT(error(steps), 0.3 * before);
   for (std::size_t i = 1; i < steps.size(); ++i) {
@@ -83,10 +88,8 @@ TEST(ImageMotion, ImagesTellBetterThanWheels) {
 TEST(ImageMotion, WheelsStayWhereAnImageIsMissing) {
   std::vector<Step> steps = steps_by_wheels();
   const std::vector<Step> wheels = steps;
-  DriveRecording recording;
-  recording.without = 5;
   // The way to the missing image and the way from it.
-  EXPECT_EQ(refine_motions_by_images(recording, {}, steps, kOn), kImages - 3);
+  EXPECT_EQ(refine_motions_by_images(opens(5), {}, steps, kOn).told, kImages - 3);
   for (const std::size_t i : {5U, 6U}) {
     EXPECT_EQ(steps[i].motion.T_from_to.translation(), wheels[i].motion.T_from_to.translation());
   }
@@ -96,26 +99,22 @@ TEST(ImageMotion, WheelsStayWhereAnImageIsMissing) {
 TEST(ImageMotion, AnImageWithoutAStepIsPassedOver) {
   std::vector<Step> steps = steps_by_wheels();
   steps.erase(steps.begin() + 3);
-  DriveRecording recording;
   const SE3 wheels = steps[3].motion.T_from_to;  // from the step before the one that is gone
-  EXPECT_GT(refine_motions_by_images(recording, {}, steps, kOn), 5);
+  EXPECT_GT(refine_motions_by_images(opens(), {}, steps, kOn).told, 5);
   EXPECT_NE(steps[4].motion.T_from_to.translation(), wheels.translation());
 }
 
 TEST(ImageMotion, EndsWithTheUserOrTheFile) {
   std::vector<Step> steps = steps_by_wheels();
-  DriveRecording recording, broken;
-  EXPECT_EQ(refine_motions_by_images(recording, {}, steps, [] { return true; }), 0);
-  broken.breaks_at = 4;
-  EXPECT_EQ(refine_motions_by_images(broken, {}, steps, kOn), 3);
+  EXPECT_EQ(refine_motions_by_images(opens(), {}, steps, [] { return true; }).told, 0);
+  EXPECT_EQ(refine_motions_by_images(opens(-1, 4), {}, steps, kOn).told, 3);
 }
 
 TEST(ImageMotion, WhatNothingMeasuredStays) {
   std::vector<Step> steps = steps_by_wheels();
   steps[6].motion_known = false;
   const SE3 guessed = steps[6].motion.T_from_to;
-  DriveRecording recording;
-  EXPECT_EQ(refine_motions_by_images(recording, {}, steps, kOn), kImages - 2);
+  EXPECT_EQ(refine_motions_by_images(opens(), {}, steps, kOn).told, kImages - 2);
   EXPECT_EQ(steps[6].motion.T_from_to.translation(), guessed.translation());
 }
 

@@ -23,7 +23,7 @@ struct Drive {
     model.sigma_rotation_turn = 0.01;
   }
 
-  Increment wheels(const SE3& truth, const Eigen::Vector4d& errors) {
+  Increment wheels(const SE3& truth, const WheelErrors::Vector& errors) {
     // What the errors are taken out of again: to first order they are subtracted.
     const SE3 measured = corrected(truth, -errors);
     const Matrix6d C = increment_covariance(model, truth);
@@ -32,7 +32,7 @@ struct Drive {
                         measured.so3().yaw() + std::sqrt(C(5, 5)) * normal(rng)),
             C};
   }
-  void go(int steps, const Eigen::Vector4d& errors) {
+  void go(int steps, const WheelErrors::Vector& errors) {
     for (int i = 0; i < steps; ++i) {
       const SE3 truth = SE3::planar(0.1, 0, 0.08 * std::sin(0.05 * i));
       const SE3 scans =
@@ -43,7 +43,7 @@ struct Drive {
 };
 
 TEST(WheelLearning, LearnsScaleDriftAndTurns) {
-  const Eigen::Vector4d errors(0.08, 0.6 * kDegree, -0.04, 0);
+  const WheelErrors::Vector errors = WheelErrors::of(0.08, 0.6 * kDegree, -0.04);
   Drive drive(1);
   drive.go(600, errors);
   const Eigen::Vector3d off = drive.learning.errors() - errors.head<3>();
@@ -64,7 +64,7 @@ TEST(WheelLearning, RightWheelsStayAsTheyAre) {
   int changed = 0;
   for (unsigned seed = 0; seed < 30; ++seed) {
     Drive drive(100 + seed);
-    drive.go(400, Eigen::Vector4d::Zero());
+    drive.go(400, WheelErrors::Vector::Zero());
     const Increment one{SE3::planar(0.1, 0.01, 0.02), Matrix6d::Identity()};
     const Increment same = drive.learning.corrected(one);
     changed += same.T_from_to.translation() != one.T_from_to.translation() ||
@@ -87,7 +87,8 @@ TEST(WheelLearning, WhatIsNotLawfulTellsNothing) {
   const Eigen::Vector3d before = drive.learning.errors();
   for (int i = 0; i < 100; ++i) {
     drive.learning.add(std::nullopt, SE3::planar(0.1, 0, 0));
-    drive.learning.add(drive.wheels(SE3::planar(0.1, 0, 0), {0.1, 0, 0, 0}), std::nullopt);
+    drive.learning.add(drive.wheels(SE3::planar(0.1, 0, 0), WheelErrors::of(0.1, 0, 0)),
+                       std::nullopt);
   }
   EXPECT_EQ(drive.learning.errors(), before);
 }

@@ -63,7 +63,8 @@ struct Result {
   std::vector<SE3> odometry;
   Trajectory corrected;
   LoopCloser::Counts counts;
-  std::vector<std::size_t> kept;  ///< bytes of its archive, each 60 m
+  std::vector<std::size_t> kept;   ///< bytes of its archive, each 60 m
+  std::vector<std::size_t> bytes;  ///< of its submaps in memory, likewise
 };
 
 /// Drives `metres` of `way`; the motion given to the closer turns by `bend` rad/m too much, and a
@@ -104,6 +105,7 @@ Result drive(const std::vector<Wall>& walls, Way way, double metres, double bend
     ArchiveWriter archive;
     archive(closer);
     r.kept.push_back(archive.bytes().size());
+    r.bytes.push_back(closer.bytes());
   }
   keep(closer.finish());
   r.corrected = closer.corrected();
@@ -165,6 +167,8 @@ TEST(LoopCloser, PlacesSeenOftenAreKeptButOnce) {
   ASSERT_EQ(r.kept.size(), 5U);
   EXPECT_LT(r.kept.back(), r.kept[1] + r.kept[1] / 5);  // of three laps
   EXPECT_GT(all.kept.back(), 3 * all.kept.front());
+  ASSERT_EQ(r.bytes.size(), 5U);
+  EXPECT_LT(4 * r.bytes.back(), all.bytes.back());  // what is let go gives its memory back
   EXPECT_TRUE(r.corrected.empty());
   // Loops are found in the last lap as in the second.
   EXPECT_GT(std::count_if(r.loops.begin(), r.loops.end(),

@@ -1,0 +1,103 @@
+// Images' motions made up beside wheels' of a body in which the camera sits elsewhere.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include <lamina/apps/camera_against_wheels.hpp>
+
+namespace lamina::apps {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+const Eigen::Vector2d kSaid(0.3, 0.1);
+
+// Bends, an image each 5 cm, a key frame every fifth, by a camera whose frame is off the wheels'.
+struct Drive {
+  std::mt19937 rng;
+  std::normal_distribution<double> normal{0, 1};
+  CameraAgainstWheels camera{kSaid};
+  SE3 T_wheels_camera_frame;  // of the frame in which the camera is said to sit
+  double turning = 0.06;
+  Matrix6d information = (Vector6d() << 1e6, 1e6, 1e6, 1e6, 1e6, 1e6).finished().asDiagonal();
+
+  Drive(unsigned seed, const SE3& T) : rng(seed), T_wheels_camera_frame(T) {}
+
+  DepthMotion image(const SE3& moved, bool key_frame) {
+    DepthMotion m;
+    m.T_prev_curr_body = T_wheels_camera_frame.inverse() * moved * T_wheels_camera_frame *
+                         SE3::planar(0.0005 * normal(rng), 0.0005 * normal(rng), 0);
+    m.status = ScanMotion::Status::kTracked;
+    m.image_information = information;
+    m.key_frame = key_frame;
+    return m;
+  }
+  void go(int steps) {
+    DepthMotion first;
+    first.key_frame = true;
+    camera.add(std::nullopt, first);
+    Matrix6d C = 1e-9 * Matrix6d::Identity();
+    C.diagonal()(0) = C.diagonal()(1) = 1e-6;
+    C.diagonal()(5) = 1e-6;
+    for (int i = 1; i <= steps; ++i) {
+      const SE3 moved = SE3::planar(0.05, 0, turning * std::sin(0.1 * i));
+      const SE3 told =
+          moved * SE3::planar(0.001 * normal(rng), 0.001 * normal(rng), 0.001 * normal(rng));
+      camera.add(Increment{told, C}, image(moved, i % 5 == 0));
+    }
+  }
+};
+
+TEST(CameraAgainstWheels, TellsHeadingAndPlace) {
+  // Turned by 2 degrees about itself, and 2 cm off.
+  const SO3 turned = SO3::rot_z(2 * kDegree);
+  const Eigen::Vector3d said(kSaid.x(), kSaid.y(), 0), off(0.02, -0.015, 0);
+  Drive drive(1, SE3(turned, said + off - turned * said));
+  drive.go(800);
+  const auto found = drive.camera.correction();
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->rotation_body.z(), 2 * kDegree, 0.3 * kDegree);
+  EXPECT_LT((found->translation_body - off).norm(), 0.006);
+}
+
+TEST(CameraAgainstWheels, OnAStraightWayThePlaceStays) {
+  Drive drive(2, SE3(SO3::rot_z(2 * kDegree), {0.02, -0.015, 0}));
+  drive.turning = 0;
+  drive.go(400);
+  const auto found = drive.camera.correction();
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->rotation_body.z(), 2 * kDegree, 0.4 * kDegree);
+  EXPECT_LT(found->translation_body.norm(), 1e-4);
+}
+
+TEST(CameraAgainstWheels, RightMountingsStay) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    Drive drive(100 + seed, SE3());
+    drive.go(400);
+    EXPECT_FALSE(drive.camera.correction()) << seed;
+  }
+}
+
+// What an image leaves open is the wheels' own word, which says nothing of them.
+TEST(CameraAgainstWheels, OpenDirectionsTellNothing) {
+  Drive drive(3, SE3(SO3::rot_z(3 * kDegree), {0, 0, 0}));
+  drive.turning = 0;
+  drive.information = (Vector6d() << 1e6, 0, 1e6, 1e6, 1e6, 1e6).finished().asDiagonal();
+  drive.go(400);
+  EXPECT_FALSE(drive.camera.correction());
+}
+
+TEST(CameraAgainstWheels, ShortWaysAndLostImagesTellNothing) {
+  Drive drive(4, SE3(SO3::rot_z(3 * kDegree), {0, 0, 0}));
+  drive.go(20);
+  EXPECT_FALSE(drive.camera.correction());
+  for (int i = 0; i < 400; ++i) {
+    DepthMotion lost = drive.image(SE3::planar(0.05, 0, 0), i % 5 == 0);
+    lost.status = ScanMotion::Status::kPredicted;
+    drive.camera.add(Increment{SE3::planar(0.05, 0, 0), 1e-6 * Matrix6d::Identity()}, lost);
+    drive.camera.add(std::nullopt, drive.image(SE3::planar(0.05, 0, 0), false));
+  }
+  EXPECT_FALSE(drive.camera.correction());
+}
+
+}  // namespace
+}  // namespace lamina::apps
