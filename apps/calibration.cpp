@@ -8,6 +8,8 @@
 
 #include <lamina/apps/mounting_calibration.hpp>
 #include <lamina/apps/wheel_calibration.hpp>
+#include <lamina/frontend/segments/ground_lean.hpp>
+#include <lamina/models/error.hpp>
 
 namespace lamina::apps {
 namespace {
@@ -56,6 +58,30 @@ void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, io::
 void correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops, bool planar,
                        io::Metrics& metrics) {
   for (const CorrectedMounting& one : calibrate_mountings(steps, loops, planar)) tell(one, metrics);
+}
+
+std::optional<MountingCorrection> find_lean(Recording& recording, double max_tilt,
+                                            io::Metrics& metrics,
+                                            const std::function<bool()>& ended) {
+  if (!recording.calibration().odometry.planar) return std::nullopt;
+  GroundLean lean;
+  std::optional<SO3> now, last;  // headings: the newest, that of the last scan
+  try {
+    while (const auto measurement = ended() ? std::nullopt : recording.next_light()) {
+      if (const auto* odometry = std::get_if<Odometry>(&*measurement)) {
+        now = odometry->T_odom_body.so3();
+      } else if (const auto* scan = std::get_if<LaserScan>(&*measurement); scan && now) {
+        if (!GroundLean::may_tell(*scan)) return std::nullopt;
+        if (!is_level(scan->lidar.T_body_lidar, max_tilt)) continue;
+        if (last) lean.add(*scan, (last->inverse() * *now).yaw());
+        last = now;
+      }
+    }
+  } catch (const Error&) {  // the run itself comes to it, and says so
+  }
+  const auto found = lean.correction();
+  if (found) tell({"scanner", "ground", *found}, metrics);
+  return found;
 }
 
 void correct_motions_by_images(const OpenRecording& open, const DepthDistortion& distortion,

@@ -21,6 +21,12 @@ void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, io::
 void correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops, bool planar,
                        io::Metrics& metrics);
 
+/// A first look over the scans of a level scanner on wheels, for the lean that the ground tells
+/// (GroundLean); nullopt where its mounting stays. `recording` is used up.
+std::optional<MountingCorrection> find_lean(Recording& recording, double max_tilt,
+                                            io::Metrics& metrics,
+                                            const std::function<bool()>& ended);
+
 /// refine_motions_by_images() where there are no scans, likewise.
 void correct_motions_by_images(const OpenRecording& open, const DepthDistortion& distortion,
                                std::vector<Step>& steps, io::Metrics& metrics,

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <lamina/frontend/odometry/sweep.hpp>
+#include <lamina/frontend/segments/ground_returns.hpp>
 
 namespace lamina::apps {
 namespace {
@@ -44,11 +45,6 @@ Matrix6d leap_of_unknown_size(const Vector6d& leap, const SE3& T_body_lidar) {
   covariance.topLeftCorner<3, 3>() = body.head<3>() * body.head<3>().transpose();
   covariance.bottomRightCorner<3, 3>() = body.tail<3>() * body.tail<3>().transpose();
   return covariance;
-}
-
-bool is_level(const SE3& T_body_lidar, double max_tilt) {
-  const Eigen::Vector3d z_body = T_body_lidar.so3() * Eigen::Vector3d::UnitZ();
-  return std::abs(z_body.z()) >= std::cos(max_tilt);
 }
 
 // Tracks are predicted with the wheels' own uncertainty.
@@ -194,6 +190,11 @@ Increment FrontEnd::advance(const SE3& T_start_body, const Matrix6d& covariance,
   return increment;
 }
 
+bool is_level(const SE3& T_body_lidar, double max_tilt) {
+  const Eigen::Vector3d z_body = T_body_lidar.so3() * Eigen::Vector3d::UnitZ();
+  return std::abs(z_body.z()) >= std::cos(max_tilt);
+}
+
 // The scan as of its stamp: moved by what the wheels say of its sweep, or as over the last one.
 LaserScan FrontEnd::straightened(const LaserScan& scan, bool level) const {
   const double beams = static_cast<double>(std::max<std::size_t>(scan.size(), 2) - 1);
@@ -208,6 +209,8 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
   if (!meet(measured.stamp)) return std::nullopt;
   const bool level = is_level(measured.lidar.T_body_lidar, max_tilt_);
   LaserScan scan = straightened(measured, level);
+  if (level) scan.lidar.T_body_lidar = level_scanner_.apply(scan.lidar.T_body_lidar);
+  if (level && planar_) metrics.counts["ground_returns"] += remove_ground(scan);
   Step step;
   std::optional<MotionGuess> guess;
   const std::optional<Increment> wheels = measured_way(last_scan_, scan.stamp);

@@ -14,6 +14,7 @@
 #include <lamina/frontend/obstacles/obstacle_scanner.hpp>
 #include <lamina/frontend/odometry/depth_odometry.hpp>
 #include <lamina/frontend/odometry/scan_odometry.hpp>
+#include <lamina/frontend/segments/mounting_correction.hpp>
 #include <lamina/frontend/segments/segment_frontend.hpp>
 #include <lamina/io/metrics.hpp>
 #include <lamina/sensors/measurement.hpp>
@@ -42,6 +43,9 @@ struct Step {
 /// along the body's heading.
 SE3 levelled_pose(const Plane& floor_body);
 
+/// Whether the scanner's plane is the body's, to `max_tilt` (rad).
+bool is_level(const SE3& T_body_lidar, double max_tilt);
+
 /// Routes each measurement to its front-end and works out how the body moved since the last step:
 /// wheels where there are any, refined by matching scans; scans or depth images alone otherwise.
 class FrontEnd {
@@ -53,6 +57,8 @@ class FrontEnd {
   std::optional<Step> process(const Measurement& measurement, io::Metrics& metrics);
   /// What is taken out of every depth image from now on.
   void correct_depth(DepthDistortion distortion) { distortion_ = std::move(distortion); }
+  /// How a level scanner's mounting is wrong; before the first scan.
+  void correct_level_scanner(const MountingCorrection& correction) { level_scanner_ = correction; }
   const DepthDistortion& depth_distortion() const { return distortion_; }
   /// True where the floor of the first image gave the first pose: the map's level is as good as
   /// that image's, and the refined floor knows better.
@@ -69,13 +75,14 @@ class FrontEnd {
   template <class A>
   friend void fields(A& a, FrontEnd& v) {
     // All members by name: one more, and this no longer compiles until it is decided here.
-    auto& [distortion, planar, depth_seen, first_step, first_floor_map, levelled_by_image, wheels,
-           learned, met, floor, obstacles, depth_odometry, segments, scan_odometry, max_tilt, sweep,
-           T_start_body, last_step, last_scan, T_start_scan_body, scan_step, scan_interval,
-           skipped] = v;
-    static_cast<void>(distortion);  // of the recording, before it is mapped
-    static_cast<void>(planar);      // of the calibration
-    static_cast<void>(max_tilt);    // of the settings, as is the sweep
+    auto& [distortion, level_scanner, planar, depth_seen, first_step, first_floor_map,
+           levelled_by_image, wheels, learned, met, floor, obstacles, depth_odometry, segments,
+           scan_odometry, max_tilt, sweep, T_start_body, last_step, last_scan, T_start_scan_body,
+           scan_step, scan_interval, skipped] = v;
+    static_cast<void>(distortion);     // of the recording, before it is mapped
+    static_cast<void>(level_scanner);  // likewise
+    static_cast<void>(planar);         // of the calibration
+    static_cast<void>(max_tilt);       // of the settings, as is the sweep
     static_cast<void>(sweep);
     static_cast<void>(obstacles);  // keeps buffers alone
     a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, learned, met,
@@ -113,6 +120,7 @@ class FrontEnd {
   std::optional<Increment> driven(const std::optional<Timestamp>& from, Timestamp to) const;
 
   DepthDistortion distortion_;            // taken out of depth images
+  MountingCorrection level_scanner_;      // how level scanners' mounting is wrong
   bool planar_;                           // the robot stands on a floor
   bool depth_seen_ = false;               // and something sees that floor
   std::optional<SE3> first_step_;         // T_map_body

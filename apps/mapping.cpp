@@ -358,6 +358,12 @@ int run_map(const MapRequest& request) {
     recording.reset();  // some players bear no other beside them
     recording = run.open_again();
   }
+  if (!request.online && !live && settings.calibrate_mountings && sensors.lidar) {
+    const auto timer = output.metrics.time("scanner_lean");
+    const auto lean = find_lean(*run.open_again(), settings.scan_odometry.max_tilt, output.metrics,
+                                [&] { return run.interrupt.interrupted(); });
+    if (lean) front_end.correct_level_scanner(*lean);
+  }
   const Mapper mapper = request.online ? map_online(run) : map_offline(run);
   output.add_skipped(recording->skipped());
   output.add_skipped(front_end.skipped());

@@ -64,6 +64,14 @@ class DatasetRecording final : public Recording {
     }
     return std::nullopt;
   }
+  std::optional<Measurement> next_light() override {
+    while (position_ < items_.size()) {
+      const Item& item = items_[position_++];
+      if (item.stream == Stream::kDepth || item.stream == Stream::kStereo) continue;
+      if (auto result = read(item)) return result;
+    }
+    return std::nullopt;
+  }
   const Calibration& calibration() const override { return calibration_; }
   std::map<std::string, std::int64_t> skipped() const override { return skips_.counts(); }
   std::vector<std::string> remarks() const override { return remarks_; }

@@ -40,6 +40,17 @@ std::optional<DepthFrame> Recording::next_depth(std::int64_t skip) {
   return std::nullopt;
 }
 
+std::optional<Measurement> Recording::next_light() {
+  while (auto measurement = next()) {
+    if (!std::holds_alternative<DepthFrame>(*measurement) &&
+        !std::holds_alternative<StereoFrame>(*measurement) &&
+        !std::holds_alternative<CloudFrame>(*measurement)) {
+      return measurement;
+    }
+  }
+  return std::nullopt;
+}
+
 #if !LAMINA_HAVE_MRPT
 std::unique_ptr<Recording> open_rawlog(const std::filesystem::path& file, const RecordingOptions&) {
   fail_without(file.string(), "libmrpt-obs-dev");

@@ -160,6 +160,14 @@ TEST(Dataset, PassesOverDepthImages) {
   EXPECT_EQ(last->depth_m(0, 0), 2.0);
   EXPECT_TRUE(recording->skipped().empty());
   EXPECT_FALSE(recording->next_depth(0));
+  const auto again = open_recording(folder.path().string());
+  for (const char* stamp : {"0.500000", "2.500000"}) {
+    const auto scan = again->next_light();
+    ASSERT_TRUE(scan);
+    EXPECT_EQ(stamp_of(*scan).to_string(), stamp);
+  }
+  EXPECT_FALSE(again->next_light());
+  EXPECT_TRUE(again->skipped().empty());
 }
 
 TEST(Dataset, MergesStreamsAndInterpolatesOdometry) {

@@ -1,0 +1,49 @@
+// The lean of a level scanner, told by the ground that its lowest beams end on.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <lamina/frontend/segments/mounting_correction.hpp>
+#include <lamina/sensors/laser_scan.hpp>
+
+namespace lamina {
+
+/// A scanner that leans by u (its upward axis' part across, u = up_lidar.xy) h above the ground
+/// sees it on the line
+///   -u . (x, y) = h,
+/// which stays where it is in the scanner while the body turns, as no wall does, and which no beam
+/// passes. Gathers scans of turns and looks for the lean of 1.1 to 5.7 degrees off the stated one
+/// for which nine in ten of the beams that come as far as the line end on it, sharply, in three
+/// directions of heading or more.
+class GroundLean {
+ public:
+  /// Whether the scanner's height is stated: 5 cm or more.
+  static bool may_tell(const LaserScan& scan);
+  /// `turned`: how far the body has turned since the last scan (rad).
+  void add(const LaserScan& scan, double turned);
+  /// What must be done to the scanner's mounting; nullopt where no ground is seen, it is where the
+  /// mounting has it (0.35 degrees), the height is not stated, or there are several scanners.
+  std::optional<MountingCorrection> correction() const;
+
+ private:
+  struct Return {
+    float cosine, sine, range;
+    std::uint8_t heading;  ///< eighth of a turn
+  };
+  struct Evidence {
+    int on = 0, sharp = 0, beyond = 0, headings = 0;
+    bool is_ground() const;
+  };
+  Evidence evidence(const Eigen::Vector2d& lean, std::size_t every) const;
+  std::optional<Eigen::Vector2d> fitted(Eigen::Vector2d lean) const;
+
+  std::optional<SE3> T_body_lidar_;
+  bool several_ = false;  // scanners
+  double heading_ = 0, turned_ = 0;
+  std::vector<Return> returns_;
+};
+
+}  // namespace lamina
