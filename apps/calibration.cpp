@@ -65,15 +65,20 @@ std::optional<MountingCorrection> find_lean(Recording& recording, double max_til
                                             const std::function<bool()>& ended) {
   if (!recording.calibration().odometry.planar) return std::nullopt;
   GroundLean lean;
-  std::optional<SO3> now, last;  // headings: the newest, that of the last scan
+  ScanOdometry odometry;         // where there are no wheels
+  std::optional<SO3> now, last;  // headings by wheels: the newest, that of the last scan
   try {
     while (const auto measurement = ended() ? std::nullopt : recording.next_light()) {
-      if (const auto* odometry = std::get_if<Odometry>(&*measurement)) {
-        now = odometry->T_odom_body.so3();
-      } else if (const auto* scan = std::get_if<LaserScan>(&*measurement); scan && now) {
+      if (const auto* wheels = std::get_if<Odometry>(&*measurement)) {
+        now = wheels->T_odom_body.so3();
+      } else if (const auto* scan = std::get_if<LaserScan>(&*measurement)) {
         if (!GroundLean::may_tell(*scan)) return std::nullopt;
         if (!is_level(scan->lidar.T_body_lidar, max_tilt)) continue;
-        if (last) lean.add(*scan, (last->inverse() * *now).yaw());
+        if (!now) {
+          lean.add(*scan, odometry.process(*scan).T_prev_curr_body.so3().yaw());
+        } else if (last) {
+          lean.add(*scan, (last->inverse() * *now).yaw());
+        }
         last = now;
       }
     }
@@ -85,11 +90,12 @@ std::optional<MountingCorrection> find_lean(Recording& recording, double max_til
 }
 
 void correct_motions_by_images(const OpenRecording& open, const DepthDistortion& distortion,
-                               std::vector<Step>& steps, io::Metrics& metrics,
+                               std::vector<Step>& steps, bool remounting, io::Metrics& metrics,
                                const std::function<bool()>& ended) {
   if (!wheels_and_images_alone(steps)) return;
   const auto timer = metrics.time("images_beside_wheels");
-  const MotionsByImages found = refine_motions_by_images(open, distortion, steps, ended);
+  const MotionsByImages found =
+      refine_motions_by_images(open, distortion, steps, remounting, ended);
   metrics.counts["motions_by_images"] = found.told;
   if (found.mounting) tell({"camera", "images against wheels", *found.mounting}, metrics);
 }

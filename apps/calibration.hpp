@@ -29,7 +29,7 @@ std::optional<MountingCorrection> find_lean(Recording& recording, double max_til
 
 /// refine_motions_by_images() where there are no scans, likewise.
 void correct_motions_by_images(const OpenRecording& open, const DepthDistortion& distortion,
-                               std::vector<Step>& steps, io::Metrics& metrics,
+                               std::vector<Step>& steps, bool remounting, io::Metrics& metrics,
                                const std::function<bool()>& ended);
 
 }  // namespace lamina::apps

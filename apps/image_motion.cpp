@@ -52,11 +52,11 @@ Told look(Recording& recording, const DepthDistortion& distortion, const std::ve
 
 MotionsByImages refine_motions_by_images(const OpenRecording& open,
                                          const DepthDistortion& distortion,
-                                         std::vector<Step>& steps,
+                                         std::vector<Step>& steps, bool remounting,
                                          const std::function<bool()>& ended) {
   Told told = look(*open(), distortion, steps, ended);
   MotionsByImages result;
-  if (told.mounting && !ended()) {
+  if (remounting && told.mounting && !ended()) {
     result.mounting = told.mounting;
     for (Step& step : steps) remount(step, *told.mounting);
     told = look(*open(), distortion, steps, ended);

@@ -183,7 +183,7 @@ Mapper map_offline(Run& run) {
   if (settings.calibrate_wheels && wheels) correct_wheels(steps, options, output.metrics, ended);
   if (run.open_again && settings.images_beside_wheels && wheels) {
     correct_motions_by_images(run.open_again, run.front_end.depth_distortion(), steps,
-                              output.metrics, ended);
+                              settings.calibrate_mountings, output.metrics, ended);
   }
   Mapper mapper(options);
   LoopBook book;

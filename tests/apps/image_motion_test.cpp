@@ -76,7 +76,7 @@ const auto kOn = [] { return false; };
 TEST(ImageMotion, ImagesTellBetterThanWheels) {
   std::vector<Step> steps = steps_by_wheels();
   const double before = error(steps);
-  EXPECT_EQ(refine_motions_by_images(opens(), {}, steps, kOn).told, kImages - 1);
+  EXPECT_EQ(refine_motions_by_images(opens(), {}, steps, true, kOn).told, kImages - 1);
   EXPECT_GT(before, 0.06);
   EXPECT_LT(error(steps), 0.3 * before);
   for (std::size_t i = 1; i < steps.size(); ++i) {
@@ -89,7 +89,7 @@ TEST(ImageMotion, WheelsStayWhereAnImageIsMissing) {
   std::vector<Step> steps = steps_by_wheels();
   const std::vector<Step> wheels = steps;
   // The way to the missing image and the way from it.
-  EXPECT_EQ(refine_motions_by_images(opens(5), {}, steps, kOn).told, kImages - 3);
+  EXPECT_EQ(refine_motions_by_images(opens(5), {}, steps, true, kOn).told, kImages - 3);
   for (const std::size_t i : {5U, 6U}) {
     EXPECT_EQ(steps[i].motion.T_from_to.translation(), wheels[i].motion.T_from_to.translation());
   }
@@ -100,21 +100,21 @@ TEST(ImageMotion, AnImageWithoutAStepIsPassedOver) {
   std::vector<Step> steps = steps_by_wheels();
   steps.erase(steps.begin() + 3);
   const SE3 wheels = steps[3].motion.T_from_to;  // from the step before the one that is gone
-  EXPECT_GT(refine_motions_by_images(opens(), {}, steps, kOn).told, 5);
+  EXPECT_GT(refine_motions_by_images(opens(), {}, steps, true, kOn).told, 5);
   EXPECT_NE(steps[4].motion.T_from_to.translation(), wheels.translation());
 }
 
 TEST(ImageMotion, EndsWithTheUserOrTheFile) {
   std::vector<Step> steps = steps_by_wheels();
-  EXPECT_EQ(refine_motions_by_images(opens(), {}, steps, [] { return true; }).told, 0);
-  EXPECT_EQ(refine_motions_by_images(opens(-1, 4), {}, steps, kOn).told, 3);
+  EXPECT_EQ(refine_motions_by_images(opens(), {}, steps, true, [] { return true; }).told, 0);
+  EXPECT_EQ(refine_motions_by_images(opens(-1, 4), {}, steps, true, kOn).told, 3);
 }
 
 TEST(ImageMotion, WhatNothingMeasuredStays) {
   std::vector<Step> steps = steps_by_wheels();
   steps[6].motion_known = false;
   const SE3 guessed = steps[6].motion.T_from_to;
-  EXPECT_EQ(refine_motions_by_images(opens(), {}, steps, kOn).told, kImages - 2);
+  EXPECT_EQ(refine_motions_by_images(opens(), {}, steps, true, kOn).told, kImages - 2);
   EXPECT_EQ(steps[6].motion.T_from_to.translation(), guessed.translation());
 }
 
