@@ -65,19 +65,20 @@ std::optional<MountingCorrection> find_lean(Recording& recording, double max_til
                                             const std::function<bool()>& ended) {
   if (!recording.calibration().odometry.planar) return std::nullopt;
   GroundLean lean;
-  ScanOdometry odometry;         // where there are no wheels
-  std::optional<SO3> now, last;  // headings by wheels: the newest, that of the last scan
+  ScanOdometry odometry;  // where there are no wheels
+  // Headings by wheels (rad): the newest, that of the last scan.
+  std::optional<double> now, last;
   try {
     while (const auto measurement = ended() ? std::nullopt : recording.next_light()) {
       if (const auto* wheels = std::get_if<Odometry>(&*measurement)) {
-        now = wheels->T_odom_body.so3();
+        now = wheels->T_odom_body.so3().yaw();
       } else if (const auto* scan = std::get_if<LaserScan>(&*measurement)) {
         if (!GroundLean::may_tell(*scan)) return std::nullopt;
         if (!is_level(scan->lidar.T_body_lidar, max_tilt)) continue;
         if (!now) {
           lean.add(*scan, odometry.process(*scan).T_prev_curr_body.so3().yaw());
         } else if (last) {
-          lean.add(*scan, (last->inverse() * *now).yaw());
+          lean.add(*scan, std::remainder(*now - *last, 2 * M_PI));
         }
         last = now;
       }
