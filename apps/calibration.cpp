@@ -32,11 +32,11 @@ void tell(const CorrectedMounting& one, io::Metrics& metrics) {
 
 }  // namespace
 
-void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, io::Metrics& metrics,
-                    const std::function<bool()>& ended) {
+void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, bool remounting,
+                    io::Metrics& metrics, const std::function<bool()>& ended) {
   if (!wheels_and_images_alone(steps)) return;
   const auto timer = metrics.time("wheels");
-  const auto found = calibrate_wheels(steps, options, ended);
+  const auto found = calibrate_wheels(steps, options, remounting, ended);
   if (!found) return;
   const WheelErrors::Vector& value = found->errors.value;
   const WheelErrors::Vector sigma = found->errors.covariance.diagonal().cwiseSqrt();
@@ -60,31 +60,39 @@ void correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops
   for (const CorrectedMounting& one : calibrate_mountings(steps, loops, planar)) tell(one, metrics);
 }
 
-std::optional<MountingCorrection> find_lean(Recording& recording, double max_tilt,
+std::optional<MountingCorrection> find_lean(Recording& recording,
+                                            const ScanOdometryOptions& options,
                                             io::Metrics& metrics,
                                             const std::function<bool()>& ended) {
   if (!recording.calibration().odometry.planar) return std::nullopt;
   GroundLean lean;
-  ScanOdometry odometry;  // where there are no wheels
-  // Headings by wheels (rad): the newest, that of the last scan.
-  std::optional<double> now, last;
+  WheelTrack wheels(recording.calibration().odometry);
+  ScanOdometry matching(options);  // where wheels never moved
+  std::optional<Timestamp> last;
   try {
-    while (const auto measurement = ended() ? std::nullopt : recording.next_light()) {
-      if (const auto* wheels = std::get_if<Odometry>(&*measurement)) {
-        now = wheels->T_odom_body.so3().yaw();
-      } else if (const auto* scan = std::get_if<LaserScan>(&*measurement)) {
-        if (!GroundLean::may_tell(*scan)) return std::nullopt;
-        if (!is_level(scan->lidar.T_body_lidar, max_tilt)) continue;
-        if (!now) {
-          lean.add(*scan, odometry.process(*scan).T_prev_curr_body.so3().yaw());
-        } else if (last) {
-          lean.add(*scan, std::remainder(*now - *last, 2 * M_PI));
-        }
-        last = now;
+    while (!ended() && lean.wants_more()) {
+      const auto measurement = recording.next_light();
+      if (!measurement) break;
+      if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
+      const auto* scan = std::get_if<LaserScan>(&*measurement);
+      if (!scan || !is_level(scan->lidar.T_body_lidar, options.max_tilt)) continue;
+      if (!GroundLean::may_tell(*scan)) return std::nullopt;
+      double turned = 0;
+      if (wheels.moved()) {
+        const auto moved = last ? wheels.between(*last, scan->stamp) : std::nullopt;
+        if (moved) turned = moved->T_from_to.so3().yaw();
+      } else {
+        const ScanMotion moved = matching.process(*scan);
+        if (moved.status == ScanMotion::Status::kTracked)
+          turned = moved.T_prev_curr_body.so3().yaw();
       }
+      lean.add(*scan, turned);
+      last = scan->stamp;
+      wheels.forget_before(scan->stamp);
     }
   } catch (const Error&) {  // the run itself comes to it, and says so
   }
+  if (ended()) return std::nullopt;
   const auto found = lean.correction();
   if (found) tell({"scanner", "ground", *found}, metrics);
   return found;

@@ -14,8 +14,8 @@ namespace lamina::apps {
 
 /// calibrate_wheels() where there are no scans, with its corrections in the log and among the
 /// counts of `metrics`.
-void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, io::Metrics& metrics,
-                    const std::function<bool()>& ended);
+void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, bool remounting,
+                    io::Metrics& metrics, const std::function<bool()>& ended);
 
 /// calibrate_mountings(), likewise.
 void correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops, bool planar,
@@ -23,7 +23,8 @@ void correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops
 
 /// A first look over the scans of a level scanner on wheels, for the lean that the ground tells
 /// (GroundLean); nullopt where its mounting stays. `recording` is used up.
-std::optional<MountingCorrection> find_lean(Recording& recording, double max_tilt,
+std::optional<MountingCorrection> find_lean(Recording& recording,
+                                            const ScanOdometryOptions& options,
                                             io::Metrics& metrics,
                                             const std::function<bool()>& ended);
 

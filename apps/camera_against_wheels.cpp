@@ -16,6 +16,7 @@ constexpr double kHeld = 10;    // of the wheels' variance: directions an image 
 constexpr double kOutlier = 9;  // chi-squared
 constexpr double kLeastNoise = 0.1;  // of the stated variance
 constexpr std::size_t kLeastFacts = 30;
+constexpr double kMedianSquare = 0.455;  // of a normal of variance 1
 constexpr int kRounds = 6;
 constexpr double kTold = 2.5;  // sigmas, of the heading
 // What images' slow errors may do to the camera's heading (rad) and place (m) however long the way.
@@ -63,7 +64,8 @@ void CameraAgainstWheels::add(const std::optional<Increment>& by_wheels,
   if (by_image.key_frame) piece_.emplace();
 }
 
-// The piece ends with a key frame, which was matched with the one it began with.
+// The piece ends with a key frame, which was matched with the one it began with (and an older one
+// where that overlaps).
 void CameraAgainstWheels::take(const DepthMotion& by_image) {
   const SE3 T_wheels_images = composed(piece_->wheels, Vector::Zero()).inverse() * piece_->T_images;
   Matrix6d information = by_image.image_information;
@@ -100,27 +102,26 @@ void CameraAgainstWheels::take(const DepthMotion& by_image) {
 
 WheelErrors CameraAgainstWheels::fit(const WheelPrior& prior) const {
   WheelErrors result;
-  double noise = 1;  // variance of a fact
+  double noise = 1e9;  // variance of a fact: at first all are heard
   for (int round = 0; round < kRounds; ++round) {
     Matrix H = prior.information();
     Vector b = Vector::Zero();
     for (const Fact& fact : facts_) {
       const double off = fact.value - fact.row.dot(result.value);
       if (off * off > kOutlier * noise) continue;
-      H += fact.row * fact.row.transpose() / noise;
-      b += fact.row * fact.value / noise;
+      const double variance = round == 0 ? 1 : noise;
+      H += fact.row * fact.row.transpose() / variance;
+      b += fact.row * fact.value / variance;
     }
     result.value = H.ldlt().solve(b);
     result.covariance = H.inverse();
-    double squares = 0;
-    int used = -WheelErrors::kCount;
+    std::vector<double> squares;
     for (const Fact& fact : facts_) {
-      const double off = fact.value - fact.row.dot(result.value);
-      if (off * off > kOutlier * noise) continue;
-      squares += off * off;
-      ++used;
+      squares.push_back(std::pow(fact.value - fact.row.dot(result.value), 2));
     }
-    noise = std::max(kLeastNoise, squares / std::max(1, used));
+    const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
+    std::nth_element(squares.begin(), middle, squares.end());
+    noise = std::max(kLeastNoise, *middle / kMedianSquare);
   }
   const Vector shared = WheelErrors::of(0, 0, 0, kSharedTurn, kSharedPlace, kSharedPlace);
   result.covariance.diagonal() += shared.cwiseAbs2();
@@ -139,6 +140,7 @@ std::optional<MountingCorrection> CameraAgainstWheels::correction() const {
     if (!prior.place_is_free()) return std::nullopt;
     prior.fix_direction();
     errors = fit(prior);
+    if (!prior.place_told(errors)) return std::nullopt;
   }
   return prior.correction(errors.value);
 }

@@ -210,7 +210,8 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
   const bool level = is_level(measured.lidar.T_body_lidar, max_tilt_);
   LaserScan scan = straightened(measured, level);
   if (level) scan.lidar.T_body_lidar = level_scanner_.apply(scan.lidar.T_body_lidar);
-  if (level && planar_) metrics.counts["ground_returns"] += remove_ground(scan);
+  if (level && planar_)
+    metrics.counts["ground_returns"] = static_cast<double>(ground_returns_ += remove_ground(scan));
   Step step;
   std::optional<MotionGuess> guess;
   const std::optional<Increment> wheels = measured_way(last_scan_, scan.stamp);

@@ -78,7 +78,7 @@ class FrontEnd {
     auto& [distortion, level_scanner, planar, depth_seen, first_step, first_floor_map,
            levelled_by_image, wheels, learned, met, floor, obstacles, depth_odometry, segments,
            scan_odometry, max_tilt, sweep, T_start_body, last_step, last_scan, T_start_scan_body,
-           scan_step, scan_interval, skipped] = v;
+           scan_step, scan_interval, skipped, ground_returns] = v;
     static_cast<void>(distortion);     // of the recording, before it is mapped
     static_cast<void>(level_scanner);  // likewise
     static_cast<void>(planar);         // of the calibration
@@ -87,7 +87,7 @@ class FrontEnd {
     static_cast<void>(obstacles);  // keeps buffers alone
     a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, learned, met,
       depth_odometry, segments, scan_odometry, T_start_body, last_step, last_scan,
-      T_start_scan_body, scan_step, scan_interval, skipped);
+      T_start_scan_body, scan_step, scan_interval, skipped, ground_returns);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -143,6 +143,7 @@ class FrontEnd {
   SE3 scan_step_;             // the last motion between two scans,
   double scan_interval_ = 0;  // and the time between them, s
   std::map<std::string, std::int64_t> skipped_;
+  std::int64_t ground_returns_ = 0;  // taken out of scans
 };
 
 }  // namespace lamina::apps

@@ -37,7 +37,7 @@ Told look(Recording& recording, const DepthDistortion& distortion, const std::ve
         odometry.process(*frame, MotionGuess{wheels.T_from_to, wheels.covariance});
     const bool measured = motion.status == ScanMotion::Status::kTracked ||
                           motion.status == ScanMotion::Status::kDegenerate;
-    const bool known = follows && step.motion_known;
+    const bool known = follows && told_by_wheels(step);
     if (known && measured && !motion.doubtful)
       told.motions[i] = Increment{motion.T_prev_curr_body, motion.covariance};
     camera.add(known ? std::optional(wheels) : std::nullopt, motion);
@@ -56,7 +56,7 @@ MotionsByImages refine_motions_by_images(const OpenRecording& open,
                                          const std::function<bool()>& ended) {
   Told told = look(*open(), distortion, steps, ended);
   MotionsByImages result;
-  if (remounting && told.mounting && !ended()) {
+  if (remounting && told.mounting && one_kind_of_camera(steps) && !ended()) {
     result.mounting = told.mounting;
     for (Step& step : steps) remount(step, *told.mounting);
     told = look(*open(), distortion, steps, ended);

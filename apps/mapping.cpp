@@ -180,7 +180,8 @@ Mapper map_offline(Run& run) {
   const bool ended_before = run.interrupt.interrupted();
   const auto ended = [&] { return run.interrupt.interrupted() && !ended_before; };
   const bool wheels = run.front_end.met_wheels();
-  if (settings.calibrate_wheels && wheels) correct_wheels(steps, options, output.metrics, ended);
+  if (settings.calibrate_wheels && wheels)
+    correct_wheels(steps, options, settings.calibrate_mountings, output.metrics, ended);
   if (run.open_again && settings.images_beside_wheels && wheels) {
     correct_motions_by_images(run.open_again, run.front_end.depth_distortion(), steps,
                               settings.calibrate_mountings, output.metrics, ended);
@@ -358,10 +359,12 @@ int run_map(const MapRequest& request) {
     recording.reset();  // some players bear no other beside them
     recording = run.open_again();
   }
-  if (!request.online && !live && settings.calibrate_mountings && sensors.lidar) {
+  if (!request.online && !live && settings.calibrate_mountings) {
     const auto timer = output.metrics.time("scanner_lean");
-    const auto lean = find_lean(*run.open_again(), settings.scan_odometry.max_tilt, output.metrics,
+    const auto lean = find_lean(*recording, settings.scan_odometry, output.metrics,
                                 [&] { return run.interrupt.interrupted(); });
+    recording.reset();
+    recording = run.open_again();
     if (lean) front_end.correct_level_scanner(*lean);
   }
   const Mapper mapper = request.online ? map_online(run) : map_offline(run);

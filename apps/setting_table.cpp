@@ -107,8 +107,9 @@ std::vector<Setting> segment_rows() {
                  "second best place against the best; above, no loop is closed"),
       LAMINA_ROW("depth.calibrate", calibrate_depth,
                  "offline: planes tell the slow bend of depth images, which is taken out"),
-      LAMINA_ROW("mountings.calibrate", calibrate_mountings,
-                 "offline: ground, travel and shared walls correct how scanner and camera sit"),
+      LAMINA_ROW(
+          "mountings.calibrate", calibrate_mountings,
+          "offline: ground, travel, turns and shared walls correct how scanner and camera sit"),
       LAMINA_ROW("wheels.calibrate", calibrate_wheels,
                  "images and wheels, offline: a first map tells scale and drift of the wheels"),
       LAMINA_ROW("wheels.images", images_beside_wheels,

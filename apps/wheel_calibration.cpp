@@ -14,10 +14,8 @@ namespace {
 using Vector = WheelErrors::Vector;
 constexpr int kMostPasses = 3;
 
-bool by_wheels(const Step& step) { return step.motion_known && !step.tracking_lost; }
-
 SE3 corrected_motion(const Step& step, const Vector& errors) {
-  return by_wheels(step) ? corrected(step.motion.T_from_to, errors) : step.motion.T_from_to;
+  return told_by_wheels(step) ? corrected(step.motion.T_from_to, errors) : step.motion.T_from_to;
 }
 
 Graph refined_graph(const std::vector<Step>& steps, const Vector& errors,
@@ -44,17 +42,28 @@ Eigen::Vector2d camera_place(const std::vector<Step>& steps) {
   return Eigen::Vector2d::Zero();
 }
 
+bool told_by_wheels(const Step& step) { return step.motion_known && !step.tracking_lost; }
+
+bool one_kind_of_camera(const std::vector<Step>& steps) {
+  return std::all_of(steps.begin(), steps.end(), [&steps](const Step& step) {
+    return step.observations.sensor == steps.front().observations.sensor;
+  });
+}
+
 bool wheels_and_images_alone(const std::vector<Step>& steps) {
   return std::none_of(steps.begin(), steps.end(),
                       [](const Step& step) { return step.scan.has_value(); });
 }
 
 std::optional<WheelCalibration> calibrate_wheels(std::vector<Step>& steps,
-                                                 const MapperOptions& options,
+                                                 const MapperOptions& options, bool remounting,
                                                  const std::function<bool()>& ended) {
   constexpr double kStays = 1;  // chi-squared of what a pass adds
   constexpr double kTold = 3;   // sigmas: below, how cameras are turned stays as calibrated
   WheelPrior prior(camera_place(steps));
+  const bool fixed = !remounting || !one_kind_of_camera(steps);
+  if (fixed) prior.fix_place();
+  if (fixed) prior.fix_direction();
   WheelErrors all;
   for (int pass = 0; pass < kMostPasses; ++pass) {
     const Graph graph = refined_graph(steps, all.value, options, ended);
@@ -69,6 +78,11 @@ std::optional<WheelCalibration> calibrate_wheels(std::vector<Step>& steps,
     }
     if (pass == 0 && more && !prior.direction_told(*more, kTold)) {
       prior.fix_direction();
+      more = estimate();
+    }
+    // Without the direction the place may be another.
+    if (pass == 0 && more && prior.place_is_free() && !prior.place_told(*more)) {
+      prior.fix_place();
       more = estimate();
     }
     if (!more || (pass == 0 && more->significance() < prior.free())) return std::nullopt;

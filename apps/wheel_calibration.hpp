@@ -20,6 +20,12 @@ bool wheels_and_images_alone(const std::vector<Step>& steps);
 /// Where the first camera is said to sit (m, body x and y).
 Eigen::Vector2d camera_place(const std::vector<Step>& steps);
 
+/// The motion is the wheels' own word.
+bool told_by_wheels(const Step& step);
+
+/// Depth images, stereo pairs or clouds, and not two of these.
+bool one_kind_of_camera(const std::vector<Step>& steps);
+
 /// What was wrong with wheels, and what was done to the cameras' mountings.
 struct WheelCalibration {
   WheelErrors errors;
@@ -30,9 +36,11 @@ struct WheelCalibration {
 /// the cameras against their direction of travel and the point they turn about, with the refined
 /// graph, and goes on with motions so corrected until the estimate stays. Where the errors stand
 /// out from what chance gives, motions and mountings of `steps` are replaced;
-/// nullopt, and steps as they were, where they do not. `ended` returning true stops early.
+/// nullopt, and steps as they were, where they do not. Mountings stay
+/// without `remounting`, and where several kinds of camera share them: who of them errs is not
+/// told. `ended` returning true stops early.
 std::optional<WheelCalibration> calibrate_wheels(std::vector<Step>& steps,
-                                                 const MapperOptions& options,
+                                                 const MapperOptions& options, bool remounting,
                                                  const std::function<bool()>& ended);
 
 }  // namespace lamina::apps

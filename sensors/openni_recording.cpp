@@ -108,6 +108,7 @@ class OpenNiRecording final : public Recording {
     session_.start(name_, expected_);
   }
 
+  std::optional<Measurement> next_light() override { return std::nullopt; }
   std::optional<Measurement> next() override {
     while (!done_) {
       openni::VideoFrameRef frame;

@@ -138,6 +138,10 @@ class RawlogRecording final : public Recording {
     first_pass();
   }
 
+  std::optional<Measurement> next_light() override {
+    light_ = true;
+    return next();
+  }
   std::optional<Measurement> next() override {
     while (true) {
       if (auto measurement = buffer_.pop()) return measurement;
@@ -177,6 +181,7 @@ class RawlogRecording final : public Recording {
   SkipCounts skips_;
   std::vector<std::string> remarks_;
   bool done_ = false;
+  bool light_ = false;  // images are passed over
 };
 
 // Odometry of the whole file: sums of actions, or observations as they are.
@@ -232,10 +237,10 @@ void RawlogRecording::convert(const obs::CObservation::Ptr& observation) {
       convert_scan(*scan, *stamp);
     } else if (const auto* depth =
                    dynamic_cast<const obs::CObservation3DRangeScan*>(observation.get())) {
-      convert_depth(*depth, *stamp);
+      if (!light_) convert_depth(*depth, *stamp);
     } else if (const auto* pair =
                    dynamic_cast<const obs::CObservationStereoImages*>(observation.get())) {
-      convert_stereo(*pair, *stamp);
+      if (!light_) convert_stereo(*pair, *stamp);
     } else {
       skips_.add(std::string("kind not used: ") + observation->GetRuntimeClass()->className);
     }

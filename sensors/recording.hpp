@@ -30,7 +30,8 @@ class Recording {
   /// The next depth image after passing over `skip` of them, and over all else; nullopt at the end.
   /// For a first look: sources that can do not decode what they pass over.
   virtual std::optional<DepthFrame> next_depth(std::int64_t skip);
-  /// The next measurement but images and clouds, likewise not decoded.
+  /// The next measurement but images and clouds. For a first look that ends there: sources that can
+  /// decode none of these.
   virtual std::optional<Measurement> next_light();
   virtual const Calibration& calibration() const = 0;
   /// What was left out so far, by reason, e.g. {"missing file", 3}.

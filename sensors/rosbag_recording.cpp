@@ -71,6 +71,10 @@ class BagRecording final : public Recording {
       }
     }
   }
+  std::optional<Measurement> next_light() override {
+    light_ = true;
+    return next();
+  }
   const Calibration& calibration() const override { return calibration_; }
   std::map<std::string, std::int64_t> skipped() const override { return skips_.counts(); }
   std::vector<std::string> remarks() const override { return remarks_; }
@@ -115,6 +119,7 @@ class BagRecording final : public Recording {
   std::set<std::string> unplaced_;
   std::int64_t expected_ = 0;
   bool done_ = false;
+  bool light_ = false;  // images are passed over
 };
 
 // The topic named by the settings, else the one with the most messages; the others are counted.
@@ -244,7 +249,7 @@ void BagRecording::push_frame(Measurement frame) {
 void BagRecording::convert(bag::Message& message) {
   const Timestamp stamp = Timestamp::from_nanoseconds(message.stamp_ns);
   if (message.kind == bag::Kind::kScan) convert_scan(message, stamp);
-  if (message.kind == bag::Kind::kDepth) convert_depth(message, stamp);
+  if (message.kind == bag::Kind::kDepth && !light_) convert_depth(message, stamp);
   if (message.kind == bag::Kind::kImu) {
     const auto& a = message.acceleration;
     Accelerometer sample{stamp, {a[0], a[1], a[2]}};

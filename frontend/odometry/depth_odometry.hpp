@@ -58,8 +58,8 @@ struct DepthOdometryOptions {
 struct DepthMotion {
   SE3 T_prev_curr_body;
   Matrix6d covariance = Matrix6d::Zero();  ///< right tangent (translation, rotation)
-  /// Of the image alone, against the latest key frame (body tangent); and information times what
-  /// the image alone is off the motion given, which the expected motion pulls to itself.
+  /// Of the image alone, against the key frames it was matched with (body tangent); and information
+  /// times what the image alone is off the motion given, which the expected motion pulls to itself.
   Matrix6d image_information = Matrix6d::Zero();
   Vector6d image_pull = Vector6d::Zero();
   ScanMotion::Status status = ScanMotion::Status::kFirst;

@@ -10,7 +10,7 @@
 namespace lamina {
 namespace {
 
-constexpr double kTurning = 0.02, kLeastTurned = 1.5;  // rad: a scan's, all
+constexpr double kTurning = 0.02, kLeastTurned = 1.5;  // rad: between two that are taken, all
 constexpr std::size_t kBeams = 120, kMostReturns = 400000, kTried = 20000;
 constexpr double kLeastHeight = 0.05;               // m
 constexpr double kLeast = 0.02, kMostOff = 0.1;     // rad, of a lean; of its correction
@@ -28,13 +28,16 @@ bool GroundLean::may_tell(const LaserScan& scan) {
   return scan.lidar.T_body_lidar.translation().z() >= kLeastHeight;
 }
 
+bool GroundLean::wants_more() const { return !several_ && returns_.size() < kMostReturns; }
+
 void GroundLean::add(const LaserScan& scan, double turned) {
   heading_ += turned;
+  since_ += turned;
   if (!T_body_lidar_) T_body_lidar_ = scan.lidar.T_body_lidar;
   several_ = several_ || (T_body_lidar_->inverse() * scan.lidar.T_body_lidar).log().norm() > 1e-9;
-  if (several_ || !may_tell(scan) || std::abs(turned) < kTurning || returns_.size() >= kMostReturns)
-    return;
-  turned_ += std::abs(turned);
+  if (!wants_more() || !may_tell(scan) || std::abs(since_) < kTurning) return;
+  turned_ += std::abs(since_);
+  since_ = 0;
   const double eighths = std::floor(heading_ / (M_PI / 4));
   const auto heading = static_cast<std::uint8_t>(static_cast<std::int64_t>(eighths) & 7);
   const std::size_t every = std::max<std::size_t>(1, scan.size() / kBeams);

@@ -15,17 +15,21 @@ namespace lamina {
 /// sees it on the line
 ///   -u . (x, y) = h,
 /// which stays where it is in the scanner while the body turns, as no wall does, and which no beam
-/// passes. Gathers scans of turns and looks for the lean of 1.1 to 5.7 degrees off the stated one
-/// for which nine in ten of the beams that come as far as the line end on it, sharply, in three
-/// directions of heading or more.
+/// passes. Gathers scans of turns and looks for the lean, of 1.1 degrees or more and off the stated
+/// one by no more than 5.7, for which nine in ten of the beams that come as far as the line end on
+/// it, sharply, in three directions of heading or more. The line tells u / h: the height above
+/// z = 0, the ground, is taken as stated.
 class GroundLean {
  public:
   /// Whether the scanner's height is stated: 5 cm or more.
   static bool may_tell(const LaserScan& scan);
   /// `turned`: how far the body has turned since the last scan (rad).
   void add(const LaserScan& scan, double turned);
+  /// False once more scans would change nothing.
+  bool wants_more() const;
   /// What must be done to the scanner's mounting; nullopt where no ground is seen, it is where the
-  /// mounting has it (0.35 degrees), the height is not stated, or there are several scanners.
+  /// mounting has it (0.35 degrees), the height is not stated, or scans come from several
+  /// mountings.
   std::optional<MountingCorrection> correction() const;
 
  private:
@@ -41,8 +45,8 @@ class GroundLean {
   std::optional<Eigen::Vector2d> fitted(Eigen::Vector2d lean) const;
 
   std::optional<SE3> T_body_lidar_;
-  bool several_ = false;  // scanners
-  double heading_ = 0, turned_ = 0;
+  bool several_ = false;                         // scanners
+  double heading_ = 0, turned_ = 0, since_ = 0;  // rad; the last since a scan was taken
   std::vector<Return> returns_;
 };
 

@@ -44,7 +44,7 @@ TEST(WheelCalibration, MotionsComeOutStraight) {
   steps[20].motion_known = false;
   const SE3 guessed = steps[20].motion.T_from_to;
   const double before = heading_error(steps, drive);
-  const auto found = calibrate_wheels(steps, {}, [] { return false; });
+  const auto found = calibrate_wheels(steps, {}, true, [] { return false; });
   ASSERT_TRUE(found);
   const WheelErrors* errors = &found->errors;
   EXPECT_NEAR(errors->value(0), 0.02, 0.01);
@@ -69,7 +69,7 @@ TEST(WheelCalibration, CamerasMoveToTheirPlace) {
     for (PlaneObservation& plane : step.observations.planes) plane = seen_from(said, plane);
     step.observations.T_body_sensor = said;
   }
-  const auto found = calibrate_wheels(steps, {}, [] { return false; });
+  const auto found = calibrate_wheels(steps, {}, true, [] { return false; });
   ASSERT_TRUE(found);
   const Eigen::Vector3d moved = found->cameras.translation_body;
   EXPECT_LT((moved.head<2>() - off).norm(), 0.015);  // 5 mm of sigma each way
@@ -77,11 +77,20 @@ TEST(WheelCalibration, CamerasMoveToTheirPlace) {
             1e-9);
 }
 
+TEST(WheelCalibration, WithoutRemountingCamerasStay) {
+  const made_up::Drive drive(130, 120, 61);
+  std::vector<Step> steps = steps_with(WheelErrors::of(0.03, 0.02, 0, 0.04), drive);
+  const auto found = calibrate_wheels(steps, {}, false, [] { return false; });
+  ASSERT_TRUE(found);
+  EXPECT_GT(found->errors.value(0), 0.01);
+  EXPECT_LT(steps[5].observations.T_body_sensor.log().norm(), 1e-3);
+}
+
 // Said to sit in the very middle, it is nowhere.
 TEST(WheelCalibration, PlacesNobodyStatedStay) {
   const made_up::Drive drive(130, 120, 61);
   std::vector<Step> steps = steps_with(WheelErrors::of(0.03, 0, 0, 0, 0.05, 0.02), drive);
-  calibrate_wheels(steps, {}, [] { return false; });
+  calibrate_wheels(steps, {}, true, [] { return false; });
   EXPECT_LT(steps[5].observations.T_body_sensor.translation().norm(), 1e-3);
 }
 
@@ -89,7 +98,7 @@ TEST(WheelCalibration, EndedEarlyNothingIsTouched) {
   const made_up::Drive drive(30, 120, 61);
   std::vector<Step> steps = steps_with(WheelErrors::of(0.02, 0.02, 0), drive);
   const SE3 before = steps[9].motion.T_from_to;
-  EXPECT_FALSE(calibrate_wheels(steps, {}, [] { return true; }));
+  EXPECT_FALSE(calibrate_wheels(steps, {}, true, [] { return true; }));
   EXPECT_EQ(steps[9].motion.T_from_to.translation(), before.translation());
 }
 

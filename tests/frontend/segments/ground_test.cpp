@@ -8,41 +8,14 @@
 #include <lamina/frontend/segments/ground_lean.hpp>
 #include <lamina/frontend/segments/ground_returns.hpp>
 
+#include "leaning_scan.hpp"
+
 namespace lamina {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-
-// A room of 12 x 8 m whose middle is the origin; `truth`: the scanner in the body.
-LaserScan scan(const SE3& T_world_body, const SE3& truth, const SE3& stated, std::mt19937& rng) {
-  std::normal_distribution<double> noise(0, 0.01);
-  const SE3 T_world_lidar = T_world_body * truth;
-  const Eigen::Vector3d o = T_world_lidar.translation();
-  LaserScan s;
-  s.angle_min = -M_PI;
-  s.angle_increment = 2 * kDegree;
-  s.range_max = 30;
-  s.lidar.T_body_lidar = stated;
-  for (int i = 0; i < 180; ++i) {
-    const double a = s.angle(static_cast<std::size_t>(i));
-    const Eigen::Vector3d d = T_world_lidar.so3() * Eigen::Vector3d(std::cos(a), std::sin(a), 0);
-    double range = 1e9;
-    const auto wall = [&range](double distance, double speed) {
-      if (speed > 1e-9) range = std::min(range, distance / speed);
-    };
-    wall(6 - o.x(), d.x());
-    wall(6 + o.x(), -d.x());
-    wall(4 - o.y(), d.y());
-    wall(4 + o.y(), -d.y());
-    wall(o.z(), -d.z());
-    s.ranges.push_back(static_cast<float>(range + noise(rng)));
-  }
-  return s;
-}
-
-SE3 mounted(double height, double pitch, double roll = 0) {
-  return SE3(SO3::exp({0, pitch, 0}) * SO3::exp({roll, 0, 0}), {0.1, 0, height});
-}
+using testing::kDegree;
+using testing::leaning_scan;
+using testing::mounted;
 
 // Round and round, 0.1 rad a scan; what the ground tells of the mounting.
 std::optional<MountingCorrection> told(const SE3& truth, const SE3& stated, double step = 0.1) {
@@ -50,7 +23,7 @@ std::optional<MountingCorrection> told(const SE3& truth, const SE3& stated, doub
   std::mt19937 rng(3);
   for (int i = 0; i < 80; ++i) {
     const SE3 body = SE3::planar(2 * std::cos(0.1 * i), 1.5 * std::sin(0.1 * i), step * i);
-    lean.add(scan(body, truth, stated, rng), step);
+    lean.add(leaning_scan(body, truth, stated, rng), step);
   }
   return lean.correction();
 }
@@ -58,7 +31,7 @@ std::optional<MountingCorrection> told(const SE3& truth, const SE3& stated, doub
 TEST(GroundReturns, TheGroundGoesAndWallsStay) {
   std::mt19937 rng(1);
   const SE3 mount = mounted(0.3, 6 * kDegree);
-  LaserScan s = scan(SE3(), mount, mount, rng);
+  LaserScan s = leaning_scan(SE3(), mount, mount, rng);
   const LaserScan before = s;
   const int removed = remove_ground(s);
   EXPECT_GT(removed, 40);
@@ -75,9 +48,9 @@ TEST(GroundReturns, TheGroundGoesAndWallsStay) {
 TEST(GroundReturns, LevelScannersAndHeightsNobodyStatedAreLeftAlone) {
   std::mt19937 rng(1);
   const SE3 level = mounted(0.3, 0), low = mounted(0, 6 * kDegree);
-  LaserScan s = scan(SE3(), level, level, rng);
+  LaserScan s = leaning_scan(SE3(), level, level, rng);
   EXPECT_EQ(remove_ground(s), 0);
-  s = scan(SE3(), mounted(0.3, 6 * kDegree), low, rng);
+  s = leaning_scan(SE3(), mounted(0.3, 6 * kDegree), low, rng);
   EXPECT_EQ(remove_ground(s), 0);
   LaserScan empty;
   EXPECT_EQ(remove_ground(empty), 0);
@@ -86,7 +59,7 @@ TEST(GroundReturns, LevelScannersAndHeightsNobodyStatedAreLeftAlone) {
 // Said to lean by 10 degrees, it is level: beams pass where the ground should stop them.
 TEST(GroundReturns, AWrongLeanTakesNothing) {
   std::mt19937 rng(1);
-  LaserScan s = scan(SE3(), mounted(0.3, 0), mounted(0.3, 10 * kDegree), rng);
+  LaserScan s = leaning_scan(SE3(), mounted(0.3, 0), mounted(0.3, 10 * kDegree), rng);
   EXPECT_EQ(remove_ground(s), 0);
 }
 
@@ -114,7 +87,7 @@ TEST(GroundLean, MountingsThatAreRightStay) {
 
 // Straight ahead a wall stands still in the scanner as the ground does.
 TEST(GroundLean, OnlyTurnsTell) {
-  EXPECT_FALSE(told(mounted(0.2, 4 * kDegree), mounted(0.2, 0), 0.01));
+  EXPECT_FALSE(told(mounted(0.2, 4 * kDegree), mounted(0.2, 0), 0));
   EXPECT_FALSE(GroundLean().correction());
 }
 
@@ -124,7 +97,7 @@ TEST(GroundLean, SeveralScannersAreLeftAlone) {
   const SE3 truth = mounted(0.2, 4 * kDegree);
   for (int i = 0; i < 80; ++i) {
     const SE3 stated = i % 2 ? mounted(0.2, 0) : mounted(0.2, 0.01);
-    lean.add(scan(SE3::planar(0, 0, 0.1 * i), truth, stated, rng), 0.1);
+    lean.add(leaning_scan(SE3::planar(0, 0, 0.1 * i), truth, stated, rng), 0.1);
   }
   EXPECT_FALSE(lean.correction());
 }

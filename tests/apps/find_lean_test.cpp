@@ -1,0 +1,77 @@
+// A first look over recordings of a scanner that leans, with and without wheels.
+#include <gtest/gtest.h>
+
+#include <lamina/apps/calibration.hpp>
+
+#include "../frontend/segments/leaning_scan.hpp"
+
+namespace lamina::apps {
+namespace {
+
+using testing::kDegree;
+using testing::mounted;
+
+enum class Wheels { kNone, kStill, kTurning };
+
+// Round and round in a room, level by its calibration.
+class Turns final : public Recording {
+ public:
+  explicit Turns(Wheels wheels, double height = 0.2) : wheels_(wheels), height_(height) {}
+
+  std::optional<Measurement> next() override {
+    if (given_ == 2 * kScans) return std::nullopt;
+    const int i = given_ / 2;
+    const bool odometry = given_++ % 2 == 0;
+    const SE3 T = SE3::planar(std::cos(0.1 * i), std::sin(0.1 * i), 0.1 * i);
+    const Timestamp stamp = Timestamp::from_seconds(1000 + 0.1 * i);
+    if (odometry && wheels_ != Wheels::kNone)
+      return Odometry{stamp, wheels_ == Wheels::kStill ? SE3() : T};
+    if (odometry) return Accelerometer{stamp};
+    LaserScan scan =
+        testing::leaning_scan(T, mounted(height_, 4 * kDegree), mounted(height_, 0), rng_);
+    scan.stamp = stamp;
+    return scan;
+  }
+  const Calibration& calibration() const override { return calibration_; }
+  std::map<std::string, std::int64_t> skipped() const override { return {}; }
+  int given() const { return given_; }
+
+ private:
+  static constexpr int kScans = 80;
+  Wheels wheels_;
+  double height_;
+  int given_ = 0;
+  std::mt19937 rng_{5};
+  Calibration calibration_;
+};
+
+const auto kOn = [] { return false; };
+
+TEST(FindLean, WheelsOrMatchingTellTurns) {
+  for (const Wheels wheels : {Wheels::kNone, Wheels::kStill, Wheels::kTurning}) {
+    Turns recording(wheels);
+    io::Metrics metrics;
+    const auto found = find_lean(recording, {}, metrics, kOn);
+    ASSERT_TRUE(found) << static_cast<int>(wheels);
+    EXPECT_NEAR(found->rotation_body.y(), 4 * kDegree, 0.1 * kDegree);
+    EXPECT_NEAR(metrics.counts["scanner_turned_y_deg"], 4, 0.1);
+  }
+}
+
+TEST(FindLean, HeightsNobodyStatedEndTheLook) {
+  Turns recording(Wheels::kTurning, 0.01);
+  io::Metrics metrics;
+  EXPECT_FALSE(find_lean(recording, {}, metrics, kOn));
+  EXPECT_EQ(recording.given(), 2);
+}
+
+TEST(FindLean, EndedEarlyNothingIsFound) {
+  Turns recording(Wheels::kTurning);
+  io::Metrics metrics;
+  int asked = 0;
+  EXPECT_FALSE(find_lean(recording, {}, metrics, [&asked] { return ++asked > 150; }));
+  EXPECT_LT(recording.given(), 160);
+}
+
+}  // namespace
+}  // namespace lamina::apps
