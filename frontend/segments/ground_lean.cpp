@@ -12,14 +12,15 @@ namespace {
 
 constexpr double kTurning = 0.02, kLeastTurned = 1.5;  // rad: between two that are taken, all
 constexpr std::size_t kBeams = 120, kMostReturns = 400000, kTried = 20000;
-constexpr double kLeastHeight = 0.05;               // m
-constexpr double kLeast = 0.02, kMostOff = 0.1;     // rad, of a lean; of its correction
-constexpr double kLeastOff = 0.006;                 // rad
-constexpr double kStep = 1.04, kTurn = M_PI / 60;   // of the leans that are tried: ratio, rad
-constexpr double kFacing = 0.8;                     // cosine: beams that go down most
-constexpr double kBand = 0.07, kSharpBand = 0.035;  // of the range
-constexpr int kLeastOn = 100, kLeastAHeading = 10, kLeastHeadings = 3;
-constexpr double kStops = 0.9, kSharp = 0.75;  // shares
+constexpr double kLeastHeight = 0.05;              // m
+constexpr double kLeast = 0.02, kMostOff = 0.1;    // rad, of a lean; of its correction
+constexpr double kLeastOff = 0.006;                // rad
+constexpr double kStep = 1.04, kTurn = M_PI / 60;  // of the leans that are tried: ratio, rad
+constexpr double kFacing = 0.8;                    // cosine: beams that go down most
+constexpr double kBefore = 0.8, kBand = 0.07, kSharpBand = 0.035;  // of the range
+constexpr int kLeastOn = 150, kLeastAHeading = 10, kLeastHeadings = 3;
+constexpr double kStops = 0.9, kSharp = 0.85;  // shares
+constexpr double kDenser = 4;                  // returns a metre on the line, to those before it
 constexpr int kRounds = 4;
 
 }  // namespace
@@ -49,30 +50,39 @@ void GroundLean::add(const LaserScan& scan, double turned) {
   }
 }
 
-bool GroundLean::Evidence::is_ground() const {
-  return headings >= kLeastHeadings && on >= kStops * (on + beyond) && sharp >= kSharp * on;
+// Walls that a room ends with stop all beams, too; but not all in one place.
+bool GroundLean::Evidence::stops_beams() const {
+  constexpr double kWidths = 2 * kSharpBand / (1 - kBand - kBefore);
+  return on > 0 && on >= kStops * (on + beyond) && sharp >= kSharp * on &&
+         sharp >= kDenser * kWidths * before;
 }
 
-// Of every `every`-th return.
-GroundLean::Evidence GroundLean::evidence(const Eigen::Vector2d& lean, std::size_t every) const {
+bool GroundLean::Evidence::is_ground() const { return headings >= kLeastHeadings && stops_beams(); }
+
+// Of every `every`-th return between two, by their indices.
+GroundLean::Evidence GroundLean::evidence(const Eigen::Vector2d& lean, std::size_t first,
+                                          std::size_t end, std::size_t every) const {
   const float height = static_cast<float>(T_body_lidar_->translation().z());
   const Eigen::Vector2f u = lean.cast<float>();
   const float least = static_cast<float>(kFacing * lean.norm());
+  constexpr float kNear = static_cast<float>(1 - kBand), kFar = static_cast<float>(1 + kBand);
   Evidence found;
   std::array<int, 8> of_heading{};
-  for (std::size_t i = 0; i < returns_.size(); i += every) {
+  for (std::size_t i = first; i < end; i += every) {
     const Return& r = returns_[i];
     const float slope = -(u.x() * r.cosine + u.y() * r.sine);
     if (slope < least) continue;
     const float ratio = r.range * slope / height;  // 1 on the ground
-    if (ratio < 1 - static_cast<float>(kBand)) continue;
-    if (ratio > 1 + static_cast<float>(kBand)) {
+    if (ratio < static_cast<float>(kBefore)) continue;
+    if (ratio < kNear) {
+      ++found.before;
+    } else if (ratio > kFar) {
       ++found.beyond;
-      continue;
+    } else {
+      ++found.on;
+      found.sharp += std::abs(ratio - 1) < static_cast<float>(kSharpBand) ? 1 : 0;
+      ++of_heading[r.heading];
     }
-    ++found.on;
-    found.sharp += std::abs(ratio - 1) < static_cast<float>(kSharpBand) ? 1 : 0;
-    ++of_heading[r.heading];
   }
   const int times = static_cast<int>(every);
   found.headings =
@@ -117,14 +127,18 @@ std::optional<MountingCorrection> GroundLean::correction() const {
     for (double way = 0; way < 2 * M_PI; way += kTurn) {
       const Eigen::Vector2d u(lean * std::cos(way), lean * std::sin(way));
       if ((u - stated).norm() > kMostOff) continue;
-      const Evidence found = evidence(u, every);
+      const Evidence found = evidence(u, 0, returns_.size(), every);
       if (found.sharp <= most || !found.is_ground()) continue;
       most = found.sharp;
       best = u;
     }
   }
   if (best) best = fitted(*best);
-  if (!best || !evidence(*best, 1).is_ground()) return std::nullopt;
+  const std::size_t all = returns_.size(), half = all / 2;
+  if (!best || !evidence(*best, 0, all, 1).is_ground() ||
+      !evidence(*best, 0, half, 1).stops_beams() || !evidence(*best, half, all, 1).stops_beams()) {
+    return std::nullopt;
+  }
   if ((*best - stated).norm() < kLeastOff || (*best - stated).norm() > kMostOff)
     return std::nullopt;
   const double up = std::copysign(std::sqrt(1 - best->squaredNorm()), up_lidar.z());

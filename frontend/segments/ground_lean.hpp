@@ -17,8 +17,9 @@ namespace lamina {
 /// which stays where it is in the scanner while the body turns, as no wall does, and which no beam
 /// passes. Gathers scans of turns and looks for the lean, of 1.1 degrees or more and off the stated
 /// one by no more than 5.7, for which nine in ten of the beams that come as far as the line end on
-/// it, sharply, in three directions of heading or more. The line tells u / h: the height above
-/// z = 0, the ground, is taken as stated.
+/// it, sharply, several times as densely as before it, in three directions of heading or more and
+/// in either half of the drive. The line tells u / h: the height above z = 0, the ground, is taken
+/// as stated.
 class GroundLean {
  public:
   /// Whether the scanner's height is stated: 5 cm or more.
@@ -38,10 +39,12 @@ class GroundLean {
     std::uint8_t heading;  ///< eighth of a turn
   };
   struct Evidence {
-    int on = 0, sharp = 0, beyond = 0, headings = 0;
+    int before = 0, on = 0, sharp = 0, beyond = 0, headings = 0;
+    bool stops_beams() const;
     bool is_ground() const;
   };
-  Evidence evidence(const Eigen::Vector2d& lean, std::size_t every) const;
+  Evidence evidence(const Eigen::Vector2d& lean, std::size_t first, std::size_t end,
+                    std::size_t every) const;
   std::optional<Eigen::Vector2d> fitted(Eigen::Vector2d lean) const;
 
   std::optional<SE3> T_body_lidar_;

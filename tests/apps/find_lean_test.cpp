@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <lamina/apps/calibration.hpp>
+#include <lamina/sim/sim_recording.hpp>
 
 #include "../frontend/segments/leaning_scan.hpp"
 
@@ -55,6 +56,18 @@ TEST(FindLean, WheelsOrMatchingTellTurns) {
     ASSERT_TRUE(found) << static_cast<int>(wheels);
     EXPECT_NEAR(found->rotation_body.y(), 4 * kDegree, 0.1 * kDegree);
     EXPECT_NEAR(metrics.counts["scanner_turned_y_deg"], 4, 0.1);
+  }
+}
+
+// Walls and furniture end all beams, too. Room 1 was said to lean by 3 degrees.
+TEST(FindLean, RoomsAreNoGround) {
+  for (const std::uint64_t seed : {1U, 2U}) {
+    const sim::Parameters tiny{{"camera.width", "32"}, {"camera.height", "24"},
+                               {"camera.fx", "26"},    {"camera.fy", "26"},
+                               {"camera.cx", "15.5"},  {"camera.cy", "11.5"}};
+    sim::Simulation recording(sim::make_scene("room", tiny), seed);
+    io::Metrics metrics;
+    EXPECT_FALSE(find_lean(recording, {}, metrics, kOn)) << seed;
   }
 }
 
