@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <filesystem>
 
 #include <lamina/models/error.hpp>
 #include <lamina/sensors/recording.hpp>
@@ -39,13 +40,19 @@ Reading read_once(const std::string& input) {
   return result;
 }
 
+// By the last two parts of its path: where recordings lie is one machine's affair.
+std::string name_of(const std::filesystem::path& input) {
+  return (input.parent_path().filename() / input.filename()).string();
+}
+
 void report(const std::string& input) {
   Reading best;
   for (int i = 0; i < kReadings; ++i) {
     const Reading reading = read_once(input);
     if (i == 0 || reading.read_s < best.read_s) best = reading;
   }
-  const std::string name = input.size() > 44 ? "..." + input.substr(input.size() - 41) : input;
+  const std::string all = name_of(input);
+  const std::string name = all.size() > 44 ? "..." + all.substr(all.size() - 41) : all;
   std::printf("%-44s %6lld frames  %8.3f ms a frame  %9.0f frames/s\n", name.c_str(),
               static_cast<long long>(best.frames),
               1e3 * best.read_s / static_cast<double>(best.frames),
