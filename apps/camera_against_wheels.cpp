@@ -131,18 +131,9 @@ WheelErrors CameraAgainstWheels::fit(const WheelPrior& prior) const {
 std::optional<MountingCorrection> CameraAgainstWheels::correction() const {
   if (facts_.size() < kLeastFacts) return std::nullopt;
   WheelPrior prior(camera_place_);
-  WheelErrors errors = fit(prior);
-  if (prior.place_is_free() && !prior.place_told(errors)) {
-    prior.fix_place();
-    errors = fit(prior);
-  }
-  if (!WheelPrior::direction_told(errors, kTold)) {
-    if (!prior.place_is_free()) return std::nullopt;
-    prior.fix_direction();
-    errors = fit(prior);
-    if (!prior.place_told(errors)) return std::nullopt;
-  }
-  return prior.correction(errors.value);
+  const auto errors = prior.settle([&] { return std::optional(fit(prior)); }, kTold);
+  if (!prior.mounting_is_free()) return std::nullopt;
+  return prior.correction(errors->value);
 }
 
 }  // namespace lamina::apps

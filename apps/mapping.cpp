@@ -352,20 +352,25 @@ int run_map(const MapRequest& request) {
     fmt::print(stderr, "live map: {}\n", page->url());
   }
   if (!live) run.open_again = [&] { return open_recording(request.input, options); };
-  if (!request.online && !live && settings.calibrate_depth && sensors.depth_camera) {
-    const auto timer = output.metrics.time("depth_calibration");
-    front_end.correct_depth(calibrate_depth(*recording, settings.floor, output.metrics,
-                                            [&] { return run.interrupt.interrupted(); }));
-    recording.reset();  // some players bear no other beside them
-    recording = run.open_again();
-  }
-  if (!request.online && !live && settings.calibrate_mountings) {
-    const auto timer = output.metrics.time("scanner_lean");
-    const auto lean = find_lean(*recording, settings.scan_odometry, output.metrics,
-                                [&] { return run.interrupt.interrupted(); });
+  const auto ended = [&] { return run.interrupt.interrupted(); };
+  // After a look the recording is opened anew: some players bear no other beside them.
+  const auto look = [&](const char* stage, const auto& at) {
+    const auto timer = output.metrics.time(stage);
+    at(*recording);
     recording.reset();
     recording = run.open_again();
-    if (lean) front_end.correct_level_scanner(*lean);
+  };
+  const bool offline = !request.online && !live;
+  if (offline && settings.calibrate_depth && sensors.depth_camera) {
+    look("depth_calibration", [&](Recording& all) {
+      front_end.correct_depth(calibrate_depth(all, settings.floor, output.metrics, ended));
+    });
+  }
+  if (offline && settings.calibrate_mountings) {
+    look("scanner_lean", [&](Recording& all) {
+      const auto lean = find_lean(all, settings.scan_odometry, output.metrics, ended);
+      if (lean) front_end.correct_level_scanner(*lean);
+    });
   }
   const Mapper mapper = request.online ? map_online(run) : map_offline(run);
   output.add_skipped(recording->skipped());

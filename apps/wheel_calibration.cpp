@@ -71,20 +71,7 @@ std::optional<WheelCalibration> calibrate_wheels(std::vector<Step>& steps,
     const auto estimate = [&] {
       return estimate_wheel_errors(graph, prior.information(), all.value);
     };
-    auto more = estimate();
-    if (pass == 0 && more && prior.place_is_free() && !prior.place_told(*more)) {
-      prior.fix_place();
-      more = estimate();
-    }
-    if (pass == 0 && more && !prior.direction_told(*more, kTold)) {
-      prior.fix_direction();
-      more = estimate();
-    }
-    // Without the direction the place may be another.
-    if (pass == 0 && more && prior.place_is_free() && !prior.place_told(*more)) {
-      prior.fix_place();
-      more = estimate();
-    }
+    const auto more = pass == 0 ? prior.settle(estimate, kTold) : estimate();
     if (!more || (pass == 0 && more->significance() < prior.free())) return std::nullopt;
     all = {all.value + more->value, more->covariance};
     if (more->significance() < kStays) break;

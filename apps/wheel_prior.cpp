@@ -31,7 +31,25 @@ Matrix WheelPrior::information() const {
 int WheelPrior::free() const { return static_cast<int>((sigmas_.array() > kNone).count()); }
 void WheelPrior::fix_direction() { sigmas_(kDirection) = kNone; }
 void WheelPrior::fix_place() { sigmas_.segment<2>(kPlace).setConstant(kNone); }
-bool WheelPrior::place_is_free() const { return sigmas_(kPlace) > kNone; }
+bool WheelPrior::is_free(int error) const { return sigmas_(error) > kNone; }
+bool WheelPrior::mounting_is_free() const { return is_free(kDirection) || is_free(kPlace); }
+
+std::optional<WheelErrors> WheelPrior::settle(
+    const std::function<std::optional<WheelErrors>()>& estimate, double sigmas) {
+  auto errors = estimate();
+  const auto settle_place = [&] {
+    if (!errors || !is_free(kPlace) || place_told(*errors)) return;
+    fix_place();
+    errors = estimate();
+  };
+  settle_place();
+  if (errors && is_free(kDirection) && !direction_told(*errors, sigmas)) {
+    fix_direction();
+    errors = estimate();
+  }
+  settle_place();
+  return errors;
+}
 
 bool WheelPrior::direction_told(const WheelErrors& e, double sigmas) {
   return std::abs(e.value(kDirection)) >= sigmas * std::sqrt(e.covariance(kDirection, kDirection));

@@ -1,6 +1,9 @@
 // What is usual of wheels' errors and cameras' mountings, and what stands out from it.
 #pragma once
 
+#include <functional>
+#include <optional>
+
 #include <lamina/backend/wheel_errors.hpp>
 #include <lamina/frontend/segments/mounting_correction.hpp>
 
@@ -22,7 +25,11 @@ class WheelPrior {
   int free() const;
   void fix_direction();
   void fix_place();
-  bool place_is_free() const;
+  bool mounting_is_free() const;  ///< direction, place or both
+  /// What `estimate` makes of this prior, once direction (from so many sigmas) and place are fixed
+  /// where they do not stand out. Without a direction the place may be another: it is asked twice.
+  std::optional<WheelErrors> settle(const std::function<std::optional<WheelErrors>()>& estimate,
+                                    double sigmas);
   /// Whether the direction stands out by so many sigmas.
   static bool direction_told(const WheelErrors& errors, double sigmas);
   /// Whether the cameras' place stands out (chi-squared of 2 dof, one in a thousand), by no less
@@ -33,6 +40,7 @@ class WheelPrior {
   MountingCorrection correction(const WheelErrors::Vector& errors) const;
 
  private:
+  bool is_free(int error) const;
   WheelErrors::Vector sigmas_;
   WheelErrors::Matrix to_camera_;  ///< from errors to those of the camera itself
 };
