@@ -80,8 +80,10 @@ int run(int argc, const char* const* argv) {
   omp_set_num_threads(1);
   // A file larger than the system allows is an error of writing, not the end.
   std::signal(SIGXFSZ, SIG_IGN);
-  CLI::App app{"lamina: planes, floors and trajectories from depth cameras, stereo and 2D lidars"};
+  CLI::App app{"Planes, floors and trajectories from depth cameras, stereo and 2D lidars",
+               "lamina"};
   app.require_subcommand(1);
+  app.set_version_flag("--version", "lamina " LAMINA_VERSION);
   app.failure_message([](const CLI::App*, const CLI::Error&) { return std::string(); });
   std::vector<std::pair<CLI::App*, std::function<int()>>> actions;
   for (const Verb& verb : all_verbs()) {
@@ -95,6 +97,8 @@ int run(int argc, const char* const* argv) {
     return app.exit(help);
   } catch (const CLI::CallForAllHelp& help) {
     return app.exit(help);
+  } catch (const CLI::CallForVersion& version) {
+    return app.exit(version);
   } catch (const CLI::ParseError& error) {
     std::cerr << "lamina: " << usage_line(error, app, argc, argv) << '\n';
     return kUsage;

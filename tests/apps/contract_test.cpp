@@ -68,6 +68,12 @@ TEST(Contract, EveryVerbHasHelpWithAnExample) {
   }
 }
 
+TEST(Contract, SaysItsVersion) {
+  const Outcome o = outcome({"--version"});
+  EXPECT_EQ(o.code, 0);
+  EXPECT_THAT(o.out, testing::MatchesRegex("lamina [0-9]+\\.[0-9]+\\.[0-9]+\n"));
+}
+
 TEST(Contract, WrongUsageIsOneLineAndExitTwo) {
   const std::string map = mapped(1), data = room(1), out = scratch() / "none";
   expect_usage({}, "found no verb");
