@@ -4,48 +4,12 @@
 #include <algorithm>
 #include <utility>
 
+#include <lamina/apps/unknown_motion.hpp>
 #include <lamina/frontend/odometry/sweep.hpp>
 #include <lamina/frontend/segments/ground_returns.hpp>
 
 namespace lamina::apps {
 namespace {
-
-// Where nothing measured the motion: anything a robot does between two frames is likely.
-Matrix6d still_covariance() {
-  constexpr double kMetres = 0.3, kRadians = 0.3;
-  Vector6d variances;
-  variances << Eigen::Vector3d::Constant(kMetres * kMetres),
-      Eigen::Vector3d::Constant(kRadians * kRadians);
-  return variances.asDiagonal();
-}
-
-// A robot that was carried away may be anywhere near; the loops that find it say where.
-Matrix6d carried_away() {
-  constexpr double kMetres = 1, kRadians = 0.5;
-  Vector6d variances = Vector6d::Zero();
-  variances.head<2>().setConstant(kMetres * kMetres);
-  variances(5) = kRadians * kRadians;
-  return variances.asDiagonal();
-}
-
-// Odometry that what was seen contradicts: where it says nothing else does, its word stays.
-Matrix6d any_motion() {
-  constexpr double kMetres = 100, kRadians = 0.5;
-  Vector6d variances;
-  variances << Eigen::Vector3d::Constant(kMetres * kMetres),
-      Eigen::Vector3d::Constant(kRadians * kRadians);
-  return variances.asDiagonal();
-}
-
-// Odometry that leapt away from the motion that what was seen bears out: by how much is not known,
-// which way is. Position and attitude may have leapt apart. `leap` in the scanner's tangent.
-Matrix6d leap_of_unknown_size(const Vector6d& leap, const SE3& T_body_lidar) {
-  const Vector6d body = T_body_lidar.adjoint() * leap;
-  Matrix6d covariance = Matrix6d::Zero();
-  covariance.topLeftCorner<3, 3>() = body.head<3>() * body.head<3>().transpose();
-  covariance.bottomRightCorner<3, 3>() = body.tail<3>() * body.tail<3>().transpose();
-  return covariance;
-}
 
 // Tracks are predicted with the wheels' own uncertainty.
 TrackingOptions tracking_of(const Settings& settings, const Calibration& calibration) {
@@ -135,14 +99,6 @@ std::optional<Increment> FrontEnd::less_lawful_errors(
   return measured && planar_ ? learned_.corrected(*measured) : measured;
 }
 
-// Where the chain of motions stands at a stamp by wheels alone. The map frame is the odometry
-// frame: the first pose is the first odometry pose.
-SE3 FrontEnd::dead_reckoned(Timestamp stamp) const {
-  if (!last_step_) return wheels_.at(stamp).value_or(SE3());
-  const auto moved = wheels_.between(*last_step_, stamp);
-  return moved ? T_start_body_ * moved->T_from_to : T_start_body_;
-}
-
 // A body on wheels stands on it; one whose scanner is all that tells its motion is taken to move
 // level, too. A single image that gave the first pose is not good enough.
 std::optional<Plane> FrontEnd::first_floor_map() {
@@ -151,21 +107,6 @@ std::optional<Plane> FrontEnd::first_floor_map() {
     first_floor_map_ = Plane(up, up.dot(first_step_->translation()));
   }
   return first_floor_map_;
-}
-
-// No wheels at this instant: on as between the last two scans, the less sure the longer.
-Increment FrontEnd::coast(Timestamp stamp) const {
-  if (!last_step_ || !(scan_interval_ > 0)) {
-    return {T_start_body_.inverse() * dead_reckoned(stamp), still_covariance()};
-  }
-  constexpr double kSurest = 1e-4, kShare = 0.5, kAcceleration = 1, kTurning = 2;  // m, rad, s
-  const double dt = stamp - *last_step_;
-  const Vector6d moved = (dt / scan_interval_) * scan_step_.log();
-  const double along = kSurest + kShare * moved.head<3>().norm() + 0.5 * kAcceleration * dt * dt;
-  const double about = kSurest + kShare * moved.tail<3>().norm() + 0.5 * kTurning * dt * dt;
-  Vector6d variances;
-  variances << Eigen::Vector3d::Constant(along * along), Eigen::Vector3d::Constant(about * about);
-  return {SE3::exp(moved), variances.asDiagonal()};
 }
 
 // Wheels on a floor that no camera sees: a level scanner cannot tell height, roll and pitch, and
@@ -187,6 +128,7 @@ Increment FrontEnd::advance(const SE3& T_start_body, const Matrix6d& covariance,
   T_start_body_ = T_start_body;
   if (!first_step_) first_step_ = T_start_body;
   last_step_ = stamp;
+  if (!last_told_) last_told_ = stamp;
   return increment;
 }
 
@@ -218,6 +160,8 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
   if (const auto moved = less_lawful_errors(wheels)) {
     guess = MotionGuess{moved->T_from_to, moved->covariance};
     step.wheels_moved = wheels->T_from_to;
+  } else if (!scanned_of_late(scan.stamp)) {
+    guess = bridged_since_scan();
   }
   ScanMotion motion;
   {
@@ -229,13 +173,14 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
     step.observations = segments_.process(
         scan, last_scan_ ? std::optional<SE3>(motion.T_prev_curr_body) : std::nullopt);
   }
-  if (!last_scan_) T_start_scan_body_ = dead_reckoned(scan.stamp);
+  if (!last_scan_) begin_scans(scan.stamp, step, motion);
   const SE3 T_start_body = T_start_scan_body_ * motion.T_prev_curr_body;
-  step.tracking_lost = level && last_scan_ && lost(motion);
-  if (step.tracking_lost) motion.covariance += carried_away();
+  const bool carried = level && last_scan_ && lost(motion);
+  if (carried) motion.covariance += carried_away();
   // Too few returns to tell, and no wheels that would.
   const bool predicted = motion.status == ScanMotion::Status::kPredicted;
-  step.tracking_lost = step.tracking_lost || (level && last_scan_ && !guess && predicted);
+  step.tracking_lost =
+      step.tracking_lost || carried || (level && last_scan_ && !guess && predicted);
   if (!level && guess && segments_.tracker().contradicted()) {
     ++skipped_["odometry that every scan line contradicts"];
     const std::optional<Vector6d>& leap = segments_.tracker().leap();
@@ -243,19 +188,33 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
     step.tracking_lost = !leap;
   }
   step.motion = advance(T_start_body, held_level(motion.covariance), scan.stamp);
-  step.motion_known =
-      (guess.has_value() && !step.tracking_lost) || motion.status == ScanMotion::Status::kTracked;
+  if (last_scan_) {
+    step.motion_known =
+        (guess.has_value() && !step.tracking_lost) || motion.status == ScanMotion::Status::kTracked;
+  }
   T_start_scan_body_ = T_start_body;
   if (last_scan_) {
     scan_interval_ = scan.stamp - *last_scan_;
     scan_step_ = motion.T_prev_curr_body;
   }
   last_scan_ = scan.stamp;
+  since_scan_.reset();
+  if (step.motion_known && !step.tracking_lost) last_told_ = scan.stamp;
   step.T_start_body = T_start_body;
   step.scan = std::move(scan);
   if (level) step.scan_motion = motion;
   learned_.add(wheels, motion.by_scans_alone);
   return step;
+}
+
+// Where the first scan was taken: images may have come before it.
+void FrontEnd::begin_scans(Timestamp stamp, Step& step, ScanMotion& motion) {
+  T_start_scan_body_ = dead_reckoned(stamp);
+  if (!last_step_) return;
+  std::optional<Increment> moved = driven(last_step_, stamp);
+  if (!moved) moved = coasted(stamp, step);
+  T_start_scan_body_ = T_start_body_ * moved->T_from_to;
+  motion.covariance = moved->covariance;
 }
 
 // Returns enough to tell, none of them where they should be.
@@ -284,27 +243,6 @@ ScanMotion FrontEnd::move_by_scan(const LaserScan& scan, const std::optional<Mot
   return motion;
 }
 
-// No wheels: the camera is the robot, at the mounting its calibration gives. The map's z is the
-// normal of the first floor seen, the floor is z = 0, x along the first heading.
-Increment FrontEnd::move_by_depth(const DepthFrame& frame, const FloorResult& floor, Step& step,
-                                  io::Metrics& metrics) {
-  const SE3& T_body_camera = frame.camera.camera.T_body_camera;
-  step.observations.T_body_sensor = T_body_camera;
-  const auto timer = metrics.time("odometry");
-  const DepthMotion motion = depth_odometry_.process(frame);
-  step.motion_known = motion.status != ScanMotion::Status::kPredicted;
-  step.open_direction = motion.status == ScanMotion::Status::kDegenerate;
-  // Over longer gaps motion is not extrapolated: what an image leaves open, nothing tells then.
-  const bool far = last_step_ && frame.stamp - *last_step_ > depth_odometry_.options().max_step;
-  constexpr double kGuessedHeading = 0.5;  // rad: a map turned by that is another map
-  step.tracking_lost = !step.motion_known || motion.doubtful || (step.open_direction && far) ||
-                       motion.heading_guessed > kGuessedHeading;
-  if (last_step_) return {motion.T_prev_curr_body, motion.covariance};
-  if (!floor.floor_camera) return {SE3(), still_covariance()};
-  levelled_by_image_ = true;
-  return {levelled_pose(T_body_camera * *floor.floor_camera), still_covariance()};
-}
-
 std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind kind,
                                             io::Metrics& metrics) {
   if (!meet(frame.stamp)) return std::nullopt;
@@ -325,14 +263,25 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
   if (!wheels_met_ && !last_scan_) {
     moved = move_by_depth(frame, floor, step, metrics);
   } else if (!moved) {
-    step.motion_known = !last_step_;
-    moved = coast(frame.stamp);
+    moved = bridge(frame, step, metrics);
   }
   place(step, floor, *moved);
+  last_image_ = frame.stamp;
+  T_start_image_ = T_start_body_;
   return step;
 }
 
 void FrontEnd::place(Step& step, const FloorResult& floor, const Increment& moved) {
+  if (step.motion_known && !step.tracking_lost) {
+    last_told_ = floor.stamp;
+    const double dt = last_step_ ? floor.stamp - *last_step_ : 0;
+    if (dt > 0) image_velocity_ = moved.T_from_to.log() / dt;
+  }
+  if (last_scan_) {
+    const Matrix6d J = moved.T_from_to.inverse().adjoint();
+    const Matrix6d before = since_scan_.value_or(Matrix6d::Zero());
+    since_scan_ = J * before * J.transpose() + moved.covariance;
+  }
   step.motion = advance(T_start_body_ * moved.T_from_to, moved.covariance, floor.stamp);
   step.T_start_body = T_start_body_;
   step.observations.first_floor_map = first_floor_map();
@@ -359,10 +308,7 @@ std::optional<Step> FrontEnd::process_cloud(const CloudFrame& cloud, io::Metrics
   const auto timer = metrics.time("floor");
   const FloorResult floor = floor_.process(cloud);
   step.observations = floor.to_observations();
-  if (!moved) {
-    step.motion_known = !last_step_;
-    moved = coast(cloud.stamp);
-  }
+  if (!moved) moved = coasted(cloud.stamp, step);
   if (!last_step_ && !wheels_met_ && floor.floor_camera) {
     levelled_by_image_ = true;
     moved->T_from_to = levelled_pose(cloud.T_body_sensor * *floor.floor_camera);

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include <lamina/apps/image_track.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/apps/wheel_learning.hpp>
 #include <lamina/apps/wheel_track.hpp>
@@ -12,7 +13,6 @@
 #include <lamina/frontend/floor/floor_frontend.hpp>
 #include <lamina/frontend/observation.hpp>
 #include <lamina/frontend/obstacles/obstacle_scanner.hpp>
-#include <lamina/frontend/odometry/depth_odometry.hpp>
 #include <lamina/frontend/odometry/scan_odometry.hpp>
 #include <lamina/frontend/segments/mounting_correction.hpp>
 #include <lamina/frontend/segments/segment_frontend.hpp>
@@ -31,6 +31,7 @@ struct Step {
   /// carried away, the world changed, or nothing was seen. Its motion is a guess.
   bool tracking_lost = false;
   bool open_direction = false;            ///< an image told the motion, but not in all directions
+  bool by_image = false;                  ///< images alone told the motion
   SE3 T_start_body;                       ///< all motions so far, chained: dead reckoning
   std::optional<LaserScan> scan;          ///< straightened, for loop closing and the occupancy grid
   std::optional<ScanMotion> scan_motion;  ///< since the last scan, of level scanners
@@ -48,6 +49,8 @@ bool is_level(const SE3& T_body_lidar, double max_tilt);
 
 /// Routes each measurement to its front-end and works out how the body moved since the last step:
 /// wheels where there are any, refined by matching scans; scans or depth images alone otherwise.
+/// Where wheels and scans stop and images go on, these tell the motion; where nothing does, it is
+/// said to be unknown.
 class FrontEnd {
  public:
   FrontEnd(const Settings& settings, const Calibration& calibration);
@@ -76,18 +79,19 @@ class FrontEnd {
   friend void fields(A& a, FrontEnd& v) {
     // All members by name: one more, and this no longer compiles until it is decided here.
     auto& [distortion, level_scanner, planar, depth_seen, first_step, first_floor_map,
-           levelled_by_image, wheels, learned, met, floor, obstacles, depth_odometry, segments,
-           scan_odometry, max_tilt, sweep, T_start_body, last_step, last_scan, T_start_scan_body,
-           scan_step, scan_interval, skipped, ground_returns] = v;
+           levelled_by_image, wheels, learned, met, floor, obstacles, images, segments,
+           scan_odometry, max_tilt, sweep, T_start_body, last_step, last_told, last_scan,
+           T_start_scan_body, since_scan, scan_step, scan_interval, last_image, T_start_image,
+           image_velocity, skipped, ground_returns] = v;
     static_cast<void>(distortion);     // of the recording, before it is mapped
     static_cast<void>(level_scanner);  // likewise
     static_cast<void>(planar);         // of the calibration
     static_cast<void>(max_tilt);       // of the settings, as is the sweep
     static_cast<void>(sweep);
     static_cast<void>(obstacles);  // keeps buffers alone
-    a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, learned, met,
-      depth_odometry, segments, scan_odometry, T_start_body, last_step, last_scan,
-      T_start_scan_body, scan_step, scan_interval, skipped, ground_returns);
+    a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, learned, met, images,
+      segments, scan_odometry, T_start_body, last_step, last_told, last_scan, T_start_scan_body,
+      since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -99,6 +103,7 @@ class FrontEnd {
   LaserScan straightened(const LaserScan& scan, bool level) const;
   std::optional<Step> process_scan(const LaserScan& measured, io::Metrics& metrics);
   std::optional<Step> process_depth(const DepthFrame& frame, SensorKind kind, io::Metrics& metrics);
+  void begin_scans(Timestamp stamp, Step& step, ScanMotion& motion);
   bool lost(const ScanMotion& motion) const;
   ScanMotion move_by_scan(const LaserScan& scan, const std::optional<MotionGuess>& guess,
                           bool level);
@@ -108,6 +113,12 @@ class FrontEnd {
   /// The motion since the last depth frame by the images alone; the first: T_map_body.
   Increment move_by_depth(const DepthFrame& frame, const FloorResult& floor, Step& step,
                           io::Metrics& metrics);
+  /// The motion since the last step where wheels say nothing and scans have come before.
+  Increment bridge(const DepthFrame& frame, Step& step, io::Metrics& metrics);
+  /// coast(), with what the step must say of it.
+  Increment coasted(Timestamp stamp, Step& step) const;
+  bool scanned_of_late(Timestamp stamp) const;
+  std::optional<MotionGuess> bridged_since_scan() const;
   /// Chains the pose on and gives the increment since the last step.
   Increment advance(const SE3& T_start_body, const Matrix6d& covariance, Timestamp stamp);
   SE3 dead_reckoned(Timestamp stamp) const;
@@ -131,17 +142,21 @@ class FrontEnd {
   bool wheels_met_ = false;  // they said something of a frame's or scan's own time
   FloorFrontend floor_;
   ObstacleScanner obstacles_;
-  DepthOdometry depth_odometry_;
+  ImageTrack images_;
   SegmentFrontend segments_;
   ScanOdometry scan_odometry_;
   double max_tilt_;   // rad between scanner and body plane: beyond, scans are not matched
   double sweep_;      // s, of a scan that does not say
   SE3 T_start_body_;  // the chain of increments handed out so far
-  std::optional<Timestamp> last_step_;
+  std::optional<Timestamp> last_step_, last_told_;  // the latter: whose motion was measured
   std::optional<Timestamp> last_scan_;
-  SE3 T_start_scan_body_;     // the chain at the last scan
-  SE3 scan_step_;             // the last motion between two scans,
-  double scan_interval_ = 0;  // and the time between them, s
+  SE3 T_start_scan_body_;               // the chain at the last scan
+  std::optional<Matrix6d> since_scan_;  // covariance of the way from there, where images came
+  SE3 scan_step_;                       // the last motion between two scans,
+  double scan_interval_ = 0;            // and the time between them, s
+  std::optional<Timestamp> last_image_;
+  SE3 T_start_image_;                       // the chain at the last image
+  std::optional<Vector6d> image_velocity_;  // of the body up to it: right tangent a second
   std::map<std::string, std::int64_t> skipped_;
   std::int64_t ground_returns_ = 0;  // taken out of scans
 };

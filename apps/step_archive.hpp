@@ -35,10 +35,10 @@ namespace apps {
 
 template <class A>
 void fields(A& a, Step& v) {
-  auto& [observations, motion, known, lost, open, T_start_body, scan, scan_motion, wheels_moved,
-         obstacles, T_level] = v;
-  a(observations, motion, known, lost, open, T_start_body, scan, scan_motion, wheels_moved,
-    obstacles, T_level);
+  auto& [observations, motion, known, lost, open, by_image, T_start_body, scan, scan_motion,
+         wheels_moved, obstacles, T_level] = v;
+  a(observations, motion, known, lost, open, by_image, T_start_body, scan, scan_motion,
+    wheels_moved, obstacles, T_level);
 }
 
 }  // namespace apps

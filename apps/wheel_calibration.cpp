@@ -42,7 +42,9 @@ Eigen::Vector2d camera_place(const std::vector<Step>& steps) {
   return Eigen::Vector2d::Zero();
 }
 
-bool told_by_wheels(const Step& step) { return step.motion_known && !step.tracking_lost; }
+bool told_by_wheels(const Step& step) {
+  return step.motion_known && !step.tracking_lost && !step.by_image;
+}
 
 bool one_kind_of_camera(const std::vector<Step>& steps) {
   return std::all_of(steps.begin(), steps.end(), [&steps](const Step& step) {

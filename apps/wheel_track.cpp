@@ -12,6 +12,20 @@ Matrix6d compose(const Matrix6d& cov_ab, const SE3& T_b_c, const Matrix6d& cov_b
   return J * cov_ab * J.transpose() + cov_bc;
 }
 
+bool differ(const Odometry& a, const Odometry& b, double metres, double radians) {
+  const SE3 moved = a.T_odom_body.inverse() * b.T_odom_body;
+  return moved.translation().norm() > metres || moved.so3().log().norm() > radians;
+}
+
+// That the body stood still at an end of the samples, the two there tell.
+bool stood(const Odometry& end, const Odometry& inner) { return !differ(end, inner, 1e-3, 1e-3); }
+
+// A long silence in which the body went somewhere: by which way is not known.
+bool is_hole(const Odometry& before, const Odometry& after) {
+  constexpr double kLong = 1, kMetres = 0.05, kRadians = 0.05;  // s
+  return after.stamp - before.stamp > kLong && differ(before, after, kMetres, kRadians);
+}
+
 }  // namespace
 
 void WheelTrack::add(const Odometry& odometry) {
@@ -29,16 +43,20 @@ std::optional<SE3> WheelTrack::at(Timestamp stamp) const {
   const auto after =
       std::lower_bound(samples_.begin(), samples_.end(), stamp,
                        [](const Odometry& sample, Timestamp time) { return sample.stamp < time; });
+  const std::size_t count = samples_.size();
   if (after == samples_.end()) {
-    if (stamp - samples_.back().stamp > kMaxGap) return std::nullopt;
+    const bool near = stamp - samples_.back().stamp <= kMaxGap;
+    if (!near || count < 2 || !stood(samples_.back(), samples_[count - 2])) return std::nullopt;
     return samples_.back().T_odom_body;
   }
   if (after->stamp == stamp) return after->T_odom_body;
   if (after == samples_.begin()) {
-    if (after->stamp - stamp > kMaxGap) return std::nullopt;
+    const bool near = after->stamp - stamp <= kMaxGap;
+    if (!near || count < 2 || !stood(samples_[0], samples_[1])) return std::nullopt;
     return after->T_odom_body;
   }
   const auto before = after - 1;
+  if (is_hole(*before, *after)) return std::nullopt;
   return SE3::interpolate(before->T_odom_body, after->T_odom_body,
                           (stamp - before->stamp) / (after->stamp - before->stamp));
 }

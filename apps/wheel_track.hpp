@@ -31,15 +31,16 @@ class WheelTrack {
   bool moved() const { return moved_; }
   /// The stamp of the newest sample; only when not empty.
   Timestamp newest() const { return samples_.back().stamp; }
-  /// The motion from one stamp to a later one. Ends outside the samples are held still for up to
-  /// `kMaxGap` and their uncertainty grown; nullopt beyond that.
+  /// The motion from one stamp to a later one, both at().
   std::optional<Increment> between(Timestamp from, Timestamp to) const;
   /// The mean velocity of the body (right tangent, m/s and rad/s) from one stamp to a later one, or
   /// over as long a time that ends with the newest sample; nullopt without samples for it.
   std::optional<Vector6d> velocity(Timestamp from, Timestamp to) const;
   /// Forgets samples that no later question from `stamp` on needs.
   void forget_before(Timestamp stamp);
-  /// T_odom_body at a stamp, as between(); nullopt outside the samples by more than kMaxGap.
+  /// T_odom_body at a stamp. A body that stood still over the two samples at an end is taken to
+  /// stand for kMaxGap beyond it. nullopt further out, beside an end at which it drove, and in a
+  /// hole: more than a second between two samples that are 5 cm or 3 degrees apart.
   std::optional<SE3> at(Timestamp stamp) const;
 
   static constexpr double kMaxGap = 0.5;  ///< s

@@ -6,6 +6,17 @@
 #include <lamina/sensors/time_order.hpp>
 
 namespace lamina {
+namespace {
+
+bool is_hole(const StampedPose& before, const StampedPose& after, double interval) {
+  constexpr double kLong = 1, kMetres = 0.05, kRadians = 0.05;  // s
+  const double silence = after.stamp - before.stamp;
+  if (!(silence > std::max(kLong, OdometryTrack::kHole * interval))) return false;
+  const SE3 moved = before.pose.inverse() * after.pose;
+  return moved.translation().norm() > kMetres || moved.so3().log().norm() > kRadians;
+}
+
+}  // namespace
 
 OdometryTrack::OdometryTrack(std::span<const Odometry> samples) {
   std::vector<Timestamp> stamps;
@@ -15,6 +26,13 @@ OdometryTrack::OdometryTrack(std::span<const Odometry> samples) {
     track_.add(samples[i].stamp, samples[i].T_odom_body);
   }
   dropped_ = samples.size() - track_.size();
+  std::vector<double> intervals;
+  for (std::size_t i = 1; i < track_.size(); ++i)
+    intervals.push_back(track_[i].stamp - track_[i - 1].stamp);
+  if (intervals.empty()) return;
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  interval_ = *middle;
 }
 
 std::optional<Odometry> OdometryTrack::at(Timestamp stamp) const {
@@ -23,12 +41,17 @@ std::optional<Odometry> OdometryTrack::at(Timestamp stamp) const {
     const auto same =
         std::lower_bound(track_.begin(), track_.end(), stamp,
                          [](const StampedPose& sample, Timestamp t) { return sample.stamp < t; });
+    if (same != track_.end() && same->stamp != stamp && is_hole(*(same - 1), *same, interval_))
+      return std::nullopt;
     return Odometry{stamp, *pose, same == track_.end() || same->stamp != stamp};
   }
   const bool before = stamp < track_.front().stamp;
   const StampedPose& end = before ? track_.front() : track_.back();
   const double beyond = before ? end.stamp - stamp : stamp - end.stamp;
-  if (beyond > kLongestExtrapolation) return std::nullopt;
+  const double longest = track_.size() < 2
+                             ? kLongestExtrapolation
+                             : std::min(kLongestExtrapolation, kExtrapolated * interval_);
+  if (beyond > longest) return std::nullopt;
   if (track_.size() < 2) return Odometry{stamp, end.pose, true};
   const StampedPose& inner = before ? track_[1] : track_[track_.size() - 2];
   const double span = before ? inner.stamp - end.stamp : end.stamp - inner.stamp;

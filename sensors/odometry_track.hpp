@@ -19,14 +19,20 @@ class OdometryTrack {
   bool empty() const { return track_.empty(); }
   const Trajectory& trajectory() const { return track_; }
   std::size_t dropped() const { return dropped_; }
-  /// On the geodesic between the two samples around `stamp`. Up to kLongestExtrapolation seconds
-  /// before the first or after the last the end's motion is carried on; nullopt further out.
+  /// On the geodesic between the two samples around `stamp`. For kExtrapolated usual intervals
+  /// between samples, and no more than kLongestExtrapolation seconds, before the first or after the
+  /// last the end's motion is carried on; nullopt further out. nullopt, too, in a hole: samples
+  /// kHole usual intervals and more than a second apart, between which the body moved by 5 cm or
+  /// 3 degrees, say nothing of the way.
   std::optional<Odometry> at(Timestamp stamp) const;
 
+  static constexpr double kExtrapolated = 1.5;
   static constexpr double kLongestExtrapolation = 0.5;  // s
+  static constexpr double kHole = 5;
 
  private:
   Trajectory track_;
+  double interval_ = 0;  // s, median
   std::size_t dropped_ = 0;
 };
 

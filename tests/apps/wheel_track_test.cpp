@@ -44,12 +44,35 @@ TEST(WheelTrack, KnowsWhetherItEverMoved) {
 
 TEST(WheelTrack, RefusesStampsFarOutside) {
   WheelTrack track{OdometryModel{}};
-  const auto zero = Timestamp::from_seconds(0);
-  EXPECT_FALSE(track.between(zero, zero));
+  const auto at = [](double t) { return Timestamp::from_seconds(t); };
+  EXPECT_FALSE(track.between(at(0), at(0)));
   track.add(sample(1, 0));
-  EXPECT_FALSE(track.between(zero, Timestamp::from_seconds(1)));
-  EXPECT_FALSE(track.between(Timestamp::from_seconds(1), Timestamp::from_seconds(3)));
-  EXPECT_TRUE(track.between(Timestamp::from_seconds(0.9), Timestamp::from_seconds(1.2)));
+  EXPECT_TRUE(track.at(at(1)));
+  EXPECT_FALSE(track.at(at(1.1)));  // driving or standing: who knows
+  track.add(sample(1.1, 0));
+  EXPECT_FALSE(track.between(at(0), at(1)));
+  EXPECT_FALSE(track.between(at(1), at(3)));
+  EXPECT_TRUE(track.between(at(0.9), at(1.3)));
+}
+
+TEST(WheelTrack, DoesNotStandStillBesideAnEndAtWhichItDrove) {
+  WheelTrack track{OdometryModel{}};
+  const auto at = [](double t) { return Timestamp::from_seconds(t); };
+  for (int i = 0; i < 5; ++i) track.add(sample(1 + 0.1 * i, 0.05 * i));
+  EXPECT_TRUE(track.between(at(1), at(1.4)));
+  EXPECT_FALSE(track.between(at(0.9), at(1.2)));
+  EXPECT_FALSE(track.between(at(1.2), at(1.5)));
+}
+
+TEST(WheelTrack, SaysNothingInAHoleAndWhatWasDrivenAcrossIt) {
+  WheelTrack track{OdometryModel{}};
+  const auto at = [](double t) { return Timestamp::from_seconds(t); };
+  for (const double t : {0.0, 0.1, 3.0, 3.1, 6.0}) track.add(sample(t, t < 1 ? 0 : 2));
+  EXPECT_FALSE(track.at(at(1.5)));
+  EXPECT_TRUE(track.at(at(4.5)));  // it stood
+  const auto across = track.between(at(0.1), at(3));
+  ASSERT_TRUE(across);
+  EXPECT_NEAR(across->T_from_to.translation().x(), 2, 1e-12);
 }
 
 TEST(WheelTrack, VelocityIsThatOfTheTimeAskedForOrOfTheNewestThereIs) {

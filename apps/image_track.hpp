@@ -1,0 +1,37 @@
+// Motion by depth images alone: for a camera that is all there is, and where all else has stopped.
+#pragma once
+
+#include <optional>
+
+#include <lamina/apps/wheel_track.hpp>
+#include <lamina/frontend/odometry/depth_odometry.hpp>
+
+namespace lamina::apps {
+
+/// What one image told of the way since the one before.
+struct ImageMotionTold {
+  Increment increment;          ///< of the body; the first's says nothing
+  bool first = false;           ///< nothing before it to compare with
+  bool known = false;           ///< measured in some directions at least
+  bool open_direction = false;  ///< but not in all
+  bool lost = false;            ///< not believed
+};
+
+/// DepthOdometry over images that follow each other, begun anew where one was not shown to it.
+class ImageTrack {
+ public:
+  /// `frame` with the mounting its motion is asked for; `before`: stamp of the image before it.
+  ImageMotionTold add(const DepthFrame& frame, std::optional<Timestamp> before);
+
+  /// For archives (models/archive.hpp).
+  template <class A>
+  friend void fields(A& a, ImageTrack& v) {
+    a(v.odometry_, v.last_);
+  }
+
+ private:
+  DepthOdometry odometry_;
+  std::optional<Timestamp> last_;
+};
+
+}  // namespace lamina::apps

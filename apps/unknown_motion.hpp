@@ -1,0 +1,45 @@
+// Covariances (right tangent: translation, rotation; m, rad) of motions that nothing measured.
+#pragma once
+
+#include <lamina/models/lie/se3.hpp>
+
+namespace lamina::apps {
+
+/// Where nothing measured the motion: anything a robot does between two frames is likely.
+inline Matrix6d still_covariance() {
+  constexpr double kMetres = 0.3, kRadians = 0.3;
+  Vector6d variances;
+  variances << Eigen::Vector3d::Constant(kMetres * kMetres),
+      Eigen::Vector3d::Constant(kRadians * kRadians);
+  return variances.asDiagonal();
+}
+
+/// A robot that was carried away may be anywhere near; the loops that find it say where.
+inline Matrix6d carried_away() {
+  constexpr double kMetres = 1, kRadians = 0.5;
+  Vector6d variances = Vector6d::Zero();
+  variances.head<2>().setConstant(kMetres * kMetres);
+  variances(5) = kRadians * kRadians;
+  return variances.asDiagonal();
+}
+
+/// Odometry that what was seen contradicts: where it says nothing else does, its word stays.
+inline Matrix6d any_motion() {
+  constexpr double kMetres = 100, kRadians = 0.5;
+  Vector6d variances;
+  variances << Eigen::Vector3d::Constant(kMetres * kMetres),
+      Eigen::Vector3d::Constant(kRadians * kRadians);
+  return variances.asDiagonal();
+}
+
+/// Odometry that leapt away from the motion that what was seen bears out: by how much is not known,
+/// which way is. Position and attitude may have leapt apart. `leap` in the scanner's tangent.
+inline Matrix6d leap_of_unknown_size(const Vector6d& leap, const SE3& T_body_lidar) {
+  const Vector6d body = T_body_lidar.adjoint() * leap;
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.topLeftCorner<3, 3>() = body.head<3>() * body.head<3>().transpose();
+  covariance.bottomRightCorner<3, 3>() = body.tail<3>() * body.tail<3>().transpose();
+  return covariance;
+}
+
+}  // namespace lamina::apps
