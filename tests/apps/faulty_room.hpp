@@ -36,16 +36,16 @@ class Folder {
 };
 
 // One lap of the furnished room by scans and wheels, by scans alone, or its first quarter by a
-// depth camera alone.
-enum class Senses { kScansAndWheels, kScans, kDepth };
+// depth camera alone or by all three.
+enum class Senses { kScansAndWheels, kScans, kDepth, kAll };
 inline void simulate_room(const fs::path& folder, Senses senses = Senses::kScansAndWheels) {
   sim::DatasetOptions options;
   options.grid = false;
-  const bool depth = senses == Senses::kDepth;
-  if (depth) options.max_duration = 16;
+  const bool all = senses == Senses::kAll, depth = senses == Senses::kDepth;
+  if (depth || all) options.max_duration = 16;
   const char* other = depth ? "lidar.enabled" : "camera.enabled";
-  sim::write_dataset(sim::make_scene("room", {{other, "false"}}), folder, options);
-  if (senses != Senses::kScansAndWheels) fs::remove(folder / "odometry.txt");
+  sim::write_dataset(sim::make_scene("room", {{other, all ? "true" : "false"}}), folder, options);
+  if (depth || senses == Senses::kScans) fs::remove(folder / "odometry.txt");
 }
 
 // Every line of a file through `edit(time, line)`; false drops it. Comments stay.
