@@ -39,14 +39,35 @@ std::string first_bytes(const std::filesystem::path& file, std::uint64_t count) 
   return in ? bytes : std::string();
 }
 
-// The first line in which two texts differ, of the first.
+// The first line in which two texts differ, with the key of its section before it.
 std::string difference(const std::string& found, const std::string& wanted) {
   std::istringstream a(found), b(wanted);
-  std::string line_a, line_b;
+  std::string line_a, line_b, section;
   while (std::getline(a, line_a)) {
-    if (!std::getline(b, line_b) || line_a != line_b) return line_a;
+    const bool more = static_cast<bool>(std::getline(b, line_b));
+    if (more && line_a == line_b) {
+      if (!line_a.empty() && line_a.back() == ':') section = line_a.substr(0, line_a.size() - 1);
+      continue;
+    }
+    const auto first = line_a.find_first_not_of(' ');
+    const std::string name =
+        (first == 0 || first == std::string::npos ? "" : section + ".") + line_a.substr(first);
+    const auto value = more ? line_b.find(": ") : std::string::npos;
+    return name + " there, " + (value == std::string::npos ? "none" : line_b.substr(value + 2)) +
+           " here";
   }
   return "less";
+}
+
+// From an open checkpoint on, the archive stands behind the header.
+Header header_of(ArchiveReader& archive, const std::filesystem::path& folder,
+                 const std::string& identity) {
+  Header header;
+  archive(header);
+  if (header.identity == identity) return header;
+  throw Error(folder.string() + ": found a checkpoint of another run (" +
+              difference(header.identity, identity) +
+              "), expected the same input, mode and settings; without --resume it starts anew");
 }
 
 }  // namespace
@@ -69,6 +90,17 @@ void Checkpoint::begin() {
   journal_sum_ = io::checksum({});
 }
 
+void Checkpoint::require_same_run() const {
+  const auto file = folder_ / "state";
+  if (!std::filesystem::exists(file)) return;
+  const std::string content = io::read_sealed(file, kKind);
+  try {
+    ArchiveReader archive(content);
+    header_of(archive, folder_, identity_);
+  } catch (const std::out_of_range&) {  // resume() comes to it, and says so
+  }
+}
+
 std::int64_t Checkpoint::resume(FrontEnd& front_end, LoopCloser& closer,
                                 const std::function<void(JournalEntry&&)>& take) {
   const auto file = folder_ / "state";
@@ -79,13 +111,7 @@ std::int64_t Checkpoint::resume(FrontEnd& front_end, LoopCloser& closer,
   const std::string content = io::read_sealed(file, kKind);
   try {
     ArchiveReader archive(content);
-    Header header;
-    archive(header);
-    if (header.identity != identity_) {
-      throw Error(folder_.string() + ": found a checkpoint of another run (" +
-                  difference(header.identity, identity_) +
-                  "), expected the same input, mode and settings; without --resume it starts anew");
-    }
+    const Header header = header_of(archive, folder_, identity_);
     archive(front_end, closer);
     const std::string journal = first_bytes(folder_ / "journal", header.journal_bytes);
     if (journal.size() != header.journal_bytes || io::checksum(journal) != header.journal_sum) {

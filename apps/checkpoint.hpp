@@ -34,6 +34,8 @@ class Checkpoint {
   Checkpoint(const Checkpoint&) = delete;
   Checkpoint& operator=(const Checkpoint&) = delete;
 
+  /// Throws lamina::Error where there is a checkpoint of another run.
+  void require_same_run() const;
   /// Reads a checkpoint, if there is one, into front-end and closer and gives the journal's entries
   /// in order. Returns how many measurements it holds; 0: none there, begin at the beginning.
   /// Throws lamina::Error when it is of another run, or damaged.

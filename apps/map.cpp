@@ -23,7 +23,8 @@ Verb map_verb() {
         app.add_option("--set", request->assignments, "key=value, as often as needed")->take_all();
         app.add_option("--mode", *mode, "offline: refine all at the end; online: as a robot")
             ->check(CLI::IsMember({"offline", "online"}));
-        app.add_option("--seed", request->seed, "seed of everything random");
+        app.add_option("--seed", request->seed, "seed of everything random")
+            ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
         app.add_option("--threads", request->threads, "threads; results do not depend on it");
         app.add_flag("--resume", request->resume, "go on from the last checkpoint");
         app.add_flag("--quiet", request->quiet, "no progress, warnings only");

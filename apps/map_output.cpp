@@ -115,7 +115,7 @@ void MapOutput::note_tracking(Timestamp stamp, bool lost) {
     if (!lost_) {
       constexpr std::size_t kMostLines = 5;  // metrics.json has them all
       if (spans.size() < kMostLines) {
-        spdlog::warn("tracking lost after {:.3f} s: nothing tells the motion up to {:.3f} s",
+        spdlog::warn("tracking lost after {:.3f} s: the motion up to {:.3f} s is a guess",
                      tracked_.value_or(stamp).seconds(), stamp.seconds());
       }
       if (spans.size() < io::Metrics::kMostSpans) spans.push_back({after, std::nullopt});
@@ -246,6 +246,18 @@ void MapOutput::write_parts(const Trajectory& trajectory) {
   }
 }
 
+// What an earlier run of another recording or mode left is not this map's: paths, errors, charts.
+void MapOutput::remove_what_is_of_another_map() const {
+  std::error_code ignored;
+  for (const char* file :
+       {"trajectory_before.txt", "evaluation.json", "window.csv", "path.csv", "path.png"}) {
+    std::filesystem::remove(folder_ / file, ignored);
+  }
+  for (int i = 1; std::filesystem::remove(folder_ / fmt::format("trajectory_{}.txt", i), ignored);
+       ++i) {
+  }
+}
+
 void MapOutput::write_session(const Mapper& mapper, const Trajectory& trajectory, bool online) {
   io::Session session;
   session.settings = to_yaml(settings_, false);
@@ -269,9 +281,7 @@ void MapOutput::write(const Mapper& mapper, bool online) {
   {
     const auto timer = metrics.time("write");
     io::write_trajectory(folder_ / "trajectory.txt", trajectory);
-    std::error_code ignored;  // what an earlier run of another mode left is not this map's
-    std::filesystem::remove(folder_ / "trajectory_before.txt", ignored);
-    std::filesystem::remove(folder_ / "evaluation.json", ignored);  // nor the errors it had
+    remove_what_is_of_another_map();
     if (!before_.empty()) io::write_trajectory(folder_ / "trajectory_before.txt", before_);
     io::write_planes_json(folder_ / "planes.json", map.planes);
     io::write_planes_ply(folder_ / "planes.ply", map.planes);

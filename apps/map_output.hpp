@@ -53,6 +53,7 @@ class MapOutput {
   void note(const std::string& file, const std::string& what);
   void write_grids(PlanarMap map, const Trajectory& trajectory);
   void write_parts(const Trajectory& trajectory);
+  void remove_what_is_of_another_map() const;
   void write_session(const Mapper& mapper, const Trajectory& trajectory, bool online);
 
   std::filesystem::path folder_;

@@ -8,11 +8,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <stdexcept>
 
 #include <lamina/apps/calibration.hpp>
 #include <lamina/apps/checkpoint.hpp>
 #include <lamina/apps/dead_reckoning.hpp>
 #include <lamina/apps/depth_calibration.hpp>
+#include <lamina/apps/doubts.hpp>
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/interrupt.hpp>
 #include <lamina/apps/live.hpp>
@@ -95,6 +97,7 @@ void for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& 
     skip = run.checkpoint->resume(run.front_end, run.closer,
                                   [&](JournalEntry&& entry) { planes = take(std::move(entry)); });
     if (skip > 0) spdlog::info("resumed after {} measurements", skip);
+    if (skip == 0) spdlog::info("no checkpoint to go on from: begun anew");
   } else if (run.checkpoint) {
     run.checkpoint->begin();
   }
@@ -259,41 +262,6 @@ std::string identity(const MapRequest& request, Settings settings) {
          "\nmode: " + (request.online ? "online" : "offline") + "\n" + to_yaml(settings, false);
 }
 
-// What makes a result doubtful as a whole, the likely cause first.
-std::vector<std::string> doubts(const MapRequest& request, const FrontEnd& front_end,
-                                io::Metrics& metrics) {
-  std::vector<std::string> all;
-  if (front_end.odometry_never_met()) {
-    all.push_back(fmt::format(
-        "the odometry's stamps never meet those of frames and scans: motion was taken from what "
-        "these see; are they of two clocks or two recordings? (`lamina info {}` tells)",
-        request.input));
-  }
-  constexpr double kMoved = 0.5;  // m: farther than a robot that stands still is thought to go
-  if (front_end.odometry_never_moved() && metrics.counts["path_m"] > kMoved) {
-    all.push_back(fmt::format(
-        "the odometry holds one pose from first to last while scans tell {:.1f} m of way: it was "
-        "not used; was it ever connected?",
-        metrics.counts["path_m"]));
-  }
-  const double steps = metrics.counts["steps"];
-  const double unknown = metrics.counts["steps_with_unknown_motion"];
-  if (steps > 1 && unknown > 0.5 * steps) {
-    all.push_back(fmt::format(
-        "nothing measured the motion before {:.0f} of {:.0f} frames and scans: is there no "
-        "odometry, or do its stamps not meet theirs? (`lamina info` tells)",
-        unknown, steps));
-  }
-  const double open = metrics.counts["steps_with_open_direction"];
-  if (open > 0.5 * steps) {
-    all.push_back(fmt::format(
-        "{:.0f} of {:.0f} images left a direction of their motion open (bare corridors, walls out "
-        "of range): along it the path is a guess; wheel odometry or a scanner would tell",
-        open, steps));
-  }
-  return all;
-}
-
 }  // namespace
 
 void set_up_log(bool quiet) {
@@ -344,6 +312,7 @@ int run_map(const MapRequest& request) {
     throw Error("--resume: found the live device " + request.input + ", expected a recording");
   }
   Checkpoint checkpoint(request.output, identity(request, settings), settings.checkpoint_interval);
+  if (request.resume) checkpoint.require_same_run();
   Run run{recording,      front_end,     settings,      output, live ? nullptr : &checkpoint,
           request.resume, request.quiet, request.online};
   std::optional<LivePage> page;
@@ -375,17 +344,20 @@ int run_map(const MapRequest& request) {
   const Mapper mapper = request.online ? map_online(run) : map_offline(run);
   output.add_skipped(recording->skipped());
   output.add_skipped(front_end.skipped());
+  const bool interrupted = run.interrupt.interrupted();
+  if (mapper.trajectory().empty() && interrupted)
+    throw std::runtime_error("interrupted before the first pose: nothing was written");
   if (mapper.trajectory().empty()) {
     throw Error(request.input + ": found no scan and no depth frame that could be used (" +
                 output.skipped_text() + "), expected at least one");
   }
   output.metrics.counts["checkpoints"] = static_cast<double>(checkpoint.saves());
   output.write(mapper, request.online);
-  if (!live && !run.interrupt.interrupted()) checkpoint.finish();
+  if (!live && !interrupted) checkpoint.finish();
   if (page) page->finished(request.output);
   fmt::print("{}", output.summary());
-  const auto all = doubts(request, front_end, output.metrics);
-  if (output.metrics.counts["planes"] == 0) {
+  const auto all = doubts(request.input, front_end, output.metrics);
+  if (output.metrics.counts["planes"] == 0 && !interrupted) {
     throw Error(fmt::format(
         "{}: found no plane in {:.0f} frames and scans ({}{}), expected walls or floor that "
         "several of them see; the files written hold none",

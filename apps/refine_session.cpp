@@ -38,7 +38,22 @@ void make_later(io::Session& session, const io::Session& than) {
   }
 }
 
+// The same recording twice would count as twice the evidence.
+void require_another(const io::Session& map, const io::Session& more, const Path& second) {
+  for (const auto& a : map.parts) {
+    for (const auto& b : more.parts) {
+      const bool same = a.name == b.name &&
+                        a.first.nanoseconds() - a.shift_ns == b.first.nanoseconds() - b.shift_ns &&
+                        a.last.nanoseconds() - a.shift_ns == b.last.nanoseconds() - b.shift_ns;
+      if (!same) continue;
+      throw Error(second.string() + ": found the recording " + b.name +
+                  " a second time, expected sessions of different recordings");
+    }
+  }
+}
+
 void join(io::Session& map, io::Session more, const Path& first, const Path& second) {
+  require_another(map, more, second);
   const OverlapResult found = find_overlap(map.map, more.map);
   if (!found.overlap) {
     throw Error(second.string() + ": found no place for it in " + first.string() + " (" +

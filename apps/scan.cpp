@@ -75,9 +75,14 @@ int scan(const std::string& input, const std::filesystem::path& output,
   const auto recording = open_recording(input);
   std::filesystem::path causes_file = output;
   causes_file.replace_filename(output.stem().string() + "_causes.csv");
-  if (output.filename() == "scans.csv" &&
-      std::filesystem::exists(output.parent_path() / "calibration.yaml")) {
-    throw Error(output.string() + ": found the scans of a recording, expected another file");
+  const bool recording_there = std::filesystem::exists(output.parent_path() / "calibration.yaml");
+  for (const auto& file : {output, causes_file}) {
+    if (recording_there && std::filesystem::exists(file)) {
+      throw Error(file.string() + ": found a file of a recording, expected another name");
+    }
+    if (std::filesystem::is_directory(file)) {
+      throw Error(file.string() + ": found a folder, expected the name of a file to write");
+    }
   }
   if (output.has_parent_path()) io::make_output_folder(output.parent_path());
   Converted counts;

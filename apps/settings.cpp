@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include <lamina/apps/nearest.hpp>
+#include <lamina/apps/setting_ranges.hpp>
 #include <lamina/models/error.hpp>
 
 namespace lamina::apps {
@@ -20,6 +21,26 @@ std::string text_of(const YAML::Node& node) {
   std::string text = "[";
   for (std::size_t i = 0; i < node.size(); ++i) text += (i ? ", " : "") + node[i].Scalar();
   return text + "]";
+}
+
+// Throws std::invalid_argument where a number, or one of several, is out of its range. What is no
+// number at all, its own reader says.
+void require_in_range(const std::string& key, const std::string& value) {
+  const auto range = range_of(key);
+  if (!range) return;
+  std::stringstream numbers(value);
+  for (std::string part; std::getline(numbers, part, ',');) {
+    const auto first = part.find_first_not_of("[ \t"), last = part.find_last_not_of("] \t");
+    double number = 0;
+    try {
+      text::read(first == std::string::npos ? "" : part.substr(first, last - first + 1), number);
+    } catch (const std::invalid_argument&) {
+      return;
+    }
+    if (number >= range->low && number <= range->high) continue;
+    throw std::invalid_argument("a number from " + text::write(range->low) + " to " +
+                                text::write(range->high));
+  }
 }
 
 void load_node(Settings& settings, const YAML::Node& node, const std::string& prefix,
@@ -57,6 +78,7 @@ void set(Settings& settings, const std::string& key, const std::string& value,
   for (const Setting& setting : setting_table()) {
     if (setting.key == key) {
       try {
+        require_in_range(key, value);
         setting.read(settings, value);
       } catch (const std::invalid_argument& expected) {
         throw Error(origin + ": " + key + ": found '" + value + "', expected " + expected.what());

@@ -76,6 +76,11 @@ std::optional<Increment> WheelTrack::between(Timestamp from, Timestamp to) const
     if (sample.stamp > from && sample.stamp < to) step(sample.T_odom_body);
   }
   step(*end);
+  // No robot: a frame that was set anew, a counter that ran over.
+  constexpr double kFarthest = 50, kFastest = 50;  // m, m/s
+  if (!(sum.T_from_to.translation().norm() < kFarthest + kFastest * (to - from))) {
+    return std::nullopt;
+  }
   return sum;
 }
 

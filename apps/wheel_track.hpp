@@ -31,7 +31,8 @@ class WheelTrack {
   bool moved() const { return moved_; }
   /// The stamp of the newest sample; only when not empty.
   Timestamp newest() const { return samples_.back().stamp; }
-  /// The motion from one stamp to a later one, both at().
+  /// The motion from one stamp to a later one, both at(). nullopt, too, for leaps that no robot
+  /// makes (50 m and 50 m/s).
   std::optional<Increment> between(Timestamp from, Timestamp to) const;
   /// The mean velocity of the body (right tangent, m/s and rad/s) from one stamp to a later one, or
   /// over as long a time that ends with the newest sample; nullopt without samples for it.

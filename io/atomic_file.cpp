@@ -60,9 +60,13 @@ void write_atomically(const std::filesystem::path& file, std::string_view conten
 void make_output_folder(const std::filesystem::path& folder) {
   if (folder.empty()) throw Error("--output: found nothing, expected a folder to write to");
   std::error_code error;
+  if (std::filesystem::exists(folder, error) && !std::filesystem::is_directory(folder, error)) {
+    throw Error(folder.string() + ": found a file, expected a folder to write to");
+  }
   std::filesystem::create_directories(folder, error);
   if (error || !std::filesystem::is_directory(folder)) {
-    throw Error(folder.string() + ": cannot be made, expected a folder to write to");
+    throw Error(folder.string() + ": cannot be made (" + error.message() +
+                "), expected a folder to write to");
   }
 }
 

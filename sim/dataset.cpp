@@ -44,6 +44,7 @@ class Writer {
     if (error || !fs::is_directory(folder_)) {
       throw input_error(folder_.string(), "", "a folder that cannot be made", "a writable place");
     }
+    clear();
   }
 
   void write(const DepthFrame& frame, const Simulation& simulation) {
@@ -116,6 +117,24 @@ class Writer {
   const DatasetCounts& counts() const { return counts_; }
 
  private:
+  // An earlier world of ours may be written over, all its streams go; a recording may not.
+  void clear() const {
+    std::string first;
+    std::ifstream calibration(folder_ / "calibration.yaml");
+    std::getline(calibration, first);
+    const bool ours = first.rfind("# scene ", 0) == 0;
+    calibration.close();
+    for (const char* file : {"calibration.yaml", "depth.txt", "labels.txt", "left.txt", "right.txt",
+                             "scans.csv", "odometry.txt", "accelerometer.txt", "groundtruth.txt"}) {
+      if (!fs::exists(folder_ / file)) continue;
+      if (!ours) {
+        throw input_error((folder_ / file).string(), "", "a recording that was not simulated",
+                          "another folder");
+      }
+      fs::remove(folder_ / file);
+    }
+  }
+
   void image(const std::string& folder, const std::string& name, const DepthImage& pixels) {
     fs::create_directories(folder_ / folder);
     const std::string bytes = encode_png_depth(pixels);

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <numeric>
 #include <optional>
+#include <sstream>
 
 #include <lamina/models/error.hpp>
 
@@ -53,7 +54,21 @@ double Settings::number(const std::string& key, double fallback) {
   if (text->empty() || *end != 0 || !std::isfinite(value)) {
     throw input_error("scene " + scene_, key, '"' + *text + '"', "a number");
   }
+  require_in_range(key, value);
   return value;
+}
+
+// Sizes and rates no sensor can have.
+void Settings::require_in_range(const std::string& key, double value) const {
+  const std::string name = key.substr(key.find_last_of('.') + 1);
+  double low = 0, high = 0;
+  if (name == "rate_hz") low = 1e-3, high = 1e5;
+  if (name == "width" || name == "height") low = 8, high = 16384;
+  if (name == "beams") low = 2, high = 1e6;
+  if (high == 0 || (value >= low && value <= high)) return;
+  std::ostringstream range;
+  range << "a number from " << low << " to " << high;
+  throw input_error("scene " + scene_, key, '"' + parameters_.at(key) + '"', range.str());
 }
 
 int Settings::integer(const std::string& key, int fallback) {
@@ -90,8 +105,9 @@ void Settings::finish() const {
   for (const auto& [key, value] : parameters_) {
     if (!known_.contains(key)) {
       const std::string hint = nearest_name(key, {known_.begin(), known_.end()});
-      throw input_error("scene " + scene_, key, "a key this scene does not have",
-                        hint.empty() ? "a key of docs/simulator.md" : "perhaps " + hint);
+      throw input_error(
+          "scene " + scene_, key, "a key this scene does not have",
+          hint.empty() ? "a key of docs/simulator.md for the sensors it has" : "perhaps " + hint);
     }
   }
 }

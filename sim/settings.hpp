@@ -29,6 +29,7 @@ class Settings {
 
  private:
   const std::string* find(const std::string& key);
+  void require_in_range(const std::string& key, double value) const;
 
   std::string scene_;
   const Parameters& parameters_;

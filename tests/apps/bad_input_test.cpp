@@ -41,7 +41,7 @@ TEST(BadInput, SettingsThatCannotWorkAreRefusedBeforeTheRun) {
   const Path out = scratch() / "nothing";
   auto arguments = map_to(room(1), out);
   arguments.insert(arguments.end(), {"--set", "grid.resolution_m=20"});
-  expect_refused(arguments, "grid.resolution_m must lie between 0.001 and 10");
+  expect_refused(arguments, "grid.resolution_m: found '20', expected a number from 0.001 to 10");
   const Path config = scratch() / "twice.yaml";
   std::ofstream(config) << "seed: 1\nthreads: 1\nseed: 2\n";
   arguments = map_to(room(1), out);
@@ -67,8 +67,25 @@ TEST(BadInput, TheRecordingIsNotWrittenOver) {
   const std::string before = text_of(data / "scans.csv");
   expect_refused(map_to(data, data), "found a recording there (calibration.yaml)");
   expect_refused({"refine", mapped(1), "--output", data}, "found a recording there");
-  expect_refused({"scan", data, "--output", data / "scans.csv"}, "found the scans of a recording");
+  for (const char* file : {"scans.csv", "depth.txt"}) {
+    expect_refused({"scan", data, "--output", data / file}, "found a file of a recording");
+  }
+  expect_refused({"scan", data, "--output", scratch()}, "found a folder");
+  std::ofstream(data / "calibration.yaml") << "odometry:\n  planar: true\n";  // nobody's scene
+  expect_refused({"simulate", "room", "--output", data},
+                 "found a recording that was not simulated");
   EXPECT_EQ(text_of(data / "scans.csv"), before);
+}
+
+TEST(BadInput, WhatIsOfAnotherMapGoes) {
+  const Path out = scratch() / "map_again";
+  std::filesystem::remove_all(out);
+  std::filesystem::create_directories(out);
+  const std::vector<std::string> stale{"path.csv", "path.png", "trajectory_1.txt",
+                                       "trajectory_2.txt", "evaluation.json"};
+  for (const std::string& file : stale) std::ofstream(out / file) << "old\n";
+  ASSERT_EQ(run({"refine", mapped(1), "--output", out, "--quiet"}), 0);
+  for (const std::string& file : stale) EXPECT_FALSE(std::filesystem::exists(out / file)) << file;
 }
 
 TEST(BadInput, NothingMappedIsOneLineWithTheCause) {

@@ -22,6 +22,13 @@ std::map<std::string, std::string> results(const Path& folder) {
   return all;
 }
 
+TEST(Run, ASessionIsNotJoinedWithItself) {
+  const Path log = scratch() / "twice.log";
+  EXPECT_EQ(run({"refine", mapped(1), mapped(1), "--output", scratch() / "twice", "--quiet"}, log),
+            2);
+  EXPECT_NE(text_of(log).find("a second time"), std::string::npos) << text_of(log);
+}
+
 TEST(Run, SameBytesAtAnyThreadsAndFromItsOwnConfig) {
   const auto expected = results(mapped(1));
   ASSERT_GE(expected.size(), 6u);
@@ -136,7 +143,8 @@ TEST(Run, CheckpointOfAnotherRunIsRefused) {
   ASSERT_TRUE(std::filesystem::exists(output / ".checkpoint" / "state"));
   EXPECT_EQ(run({"map", room(1), "--output", output, "--quiet", "--resume", "--seed", "9"}, log),
             2);
-  EXPECT_NE(text_of(log).find("found a checkpoint of another run (seed: 1)"), std::string::npos)
+  EXPECT_NE(text_of(log).find("found a checkpoint of another run (seed: 1 there, 9 here)"),
+            std::string::npos)
       << text_of(log);
 }
 

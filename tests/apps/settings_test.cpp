@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include <lamina/apps/setting_ranges.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/models/error.hpp>
 
@@ -51,6 +52,34 @@ TEST(Settings, YamlGoesRoundForEveryKey) {
   EXPECT_EQ(to_yaml(back, true), yaml);
   EXPECT_DOUBLE_EQ(back.robot.height, 1.25);
   EXPECT_NEAR(back.robot.max_slope, 7 * M_PI / 180, 1e-15);
+}
+
+TEST(Settings, EveryNumberHasARangeThatIsKept) {
+  const Settings defaults;
+  int numbers = 0;
+  for (const Setting& setting : setting_table()) {
+    double value = 0;
+    try {
+      text::read(setting.write(defaults), value);
+    } catch (const std::invalid_argument&) {
+      continue;
+    }
+    if (setting.key == "seed") continue;
+    ++numbers;
+    const auto range = range_of(setting.key);
+    ASSERT_TRUE(range) << setting.key;
+    EXPECT_GE(value, range->low) << setting.key;
+    EXPECT_LE(value, range->high) << setting.key;
+    for (const double wrong : {range->low - 1, 2 * range->high + 1}) {
+      const std::string text = text::write(wrong);
+      EXPECT_THAT(
+          message_of(setting.key + "=" + text),
+          testing::HasSubstr(setting.key + ": found '" + text + "', expected a number from"))
+          << setting.key;
+    }
+  }
+  EXPECT_GE(numbers, 40);
+  EXPECT_THAT(message_of("floor.sections=[4, 0]"), testing::HasSubstr("from 1 to 100"));
 }
 
 TEST(Settings, UnknownKeysSuggestTheNearest) {

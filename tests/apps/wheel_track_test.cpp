@@ -75,6 +75,16 @@ TEST(WheelTrack, SaysNothingInAHoleAndWhatWasDrivenAcrossIt) {
   EXPECT_NEAR(across->T_from_to.translation().x(), 2, 1e-12);
 }
 
+TEST(WheelTrack, ALeapIsNoWay) {
+  WheelTrack track{OdometryModel{}};
+  const auto at = [](double t) { return Timestamp::from_seconds(t); };
+  for (int i = 0; i < 6; ++i) track.add(sample(0.1 * i, 0.1 * i + (i > 2 ? 5e6 : 0)));
+  EXPECT_FALSE(track.between(at(0.1), at(0.4)));
+  const auto after = track.between(at(0.3), at(0.4));
+  ASSERT_TRUE(after);
+  EXPECT_NEAR(after->T_from_to.translation().x(), 0.1, 1e-8);
+}
+
 TEST(WheelTrack, VelocityIsThatOfTheTimeAskedForOrOfTheNewestThereIs) {
   WheelTrack track{OdometryModel{}};
   const auto at = [](double t) { return Timestamp::from_seconds(t); };

@@ -1,0 +1,42 @@
+// From counts of a run to sentences.
+#include <lamina/apps/doubts.hpp>
+
+#include <fmt/format.h>
+
+namespace lamina::apps {
+
+std::vector<std::string> doubts(const std::string& input, const FrontEnd& front_end,
+                                io::Metrics& metrics) {
+  std::vector<std::string> all;
+  if (front_end.odometry_never_met()) {
+    all.push_back(fmt::format(
+        "the odometry's stamps never meet those of frames and scans: motion was taken from what "
+        "these see; are they of two clocks or two recordings? (`lamina info {}` tells)",
+        input));
+  }
+  constexpr double kMoved = 0.5;  // m: farther than a robot that stands still is thought to go
+  if (front_end.odometry_never_moved() && metrics.counts["path_m"] > kMoved) {
+    all.push_back(fmt::format(
+        "the odometry holds one pose from first to last while scans tell {:.1f} m of way: it was "
+        "not used; was it ever connected?",
+        metrics.counts["path_m"]));
+  }
+  const double steps = metrics.counts["steps"];
+  const double unknown = metrics.counts["steps_with_unknown_motion"];
+  if (steps > 1 && unknown > 0.5 * steps) {
+    all.push_back(fmt::format(
+        "nothing measured the motion before {:.0f} of {:.0f} frames and scans: is there no "
+        "odometry, or do its stamps not meet theirs? (`lamina info` tells)",
+        unknown, steps));
+  }
+  const double open = metrics.counts["steps_with_open_direction"];
+  if (open > 0.5 * steps) {
+    all.push_back(fmt::format(
+        "{:.0f} of {:.0f} images left a direction of their motion open (bare corridors, walls out "
+        "of range): along it the path is a guess; wheel odometry or a scanner would tell",
+        open, steps));
+  }
+  return all;
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,65 @@
+// Generous: they keep out what is a slip of the hand, not what is unusual.
+#include <lamina/apps/setting_ranges.hpp>
+
+#include <map>
+
+namespace lamina::apps {
+
+std::optional<SettingRange> range_of(const std::string& key) {
+  static const std::map<std::string, SettingRange> ranges{
+      {"threads", {1, 1024}},
+      {"checkpoint.interval_s", {1e-3, 1e6}},
+      {"grid.resolution_m", {0.001, 10}},
+      {"robot.height_m", {0.01, 100}},
+      {"robot.radius_m", {0, 100}},
+      {"robot.max_step_m", {1e-3, 10}},
+      {"robot.max_slope_deg", {0.1, 85}},
+      {"lidar.sweep_s", {0, 10}},
+      {"floor.sections", {1, 100}},
+      {"floor.roi_m", {0.01, 1000}},
+      {"floor.time_budget_ms", {0, 1e6}},
+      {"floor.recursion_limit", {1, 1000}},
+      {"floor.hypotheses", {1, 1e6}},
+      {"floor.distance_sigmas", {0.1, 100}},
+      {"floor.prior_cone_deg", {0.1, 90}},
+      {"floor.false_alarm", {1e-12, 0.5}},
+      {"floor.surfel_m", {0.001, 10}},
+      {"scan.angle_increment_deg", {0, 90}},
+      {"scan.range_max_m", {0, 1000}},
+      {"scan.min_hole_depth_m", {0, 100}},
+      {"scan.noise_sigmas", {0.1, 100}},
+      {"scan.grazing_deg", {1, 90}},
+      {"segments.min_points", {2, 1e6}},
+      {"segments.min_length_m", {1e-3, 1000}},
+      {"segments.max_bridge_m", {0, 1000}},
+      {"tracking.gate", {0.1, 1e6}},
+      {"tracking.min_observations", {1, 1e6}},
+      {"tracking.max_coast_s", {0, 1e6}},
+      {"scan_odometry.key_scans", {1, 1e6}},
+      {"scan_odometry.map_radius_m", {0.1, 1e6}},
+      {"loops.submap_length_m", {0.01, 1e6}},
+      {"loops.max_window_m", {0.01, 1e4}},
+      {"loops.min_score", {0, 1}},
+      {"loops.max_ambiguity", {0, 1}},
+      {"window.keyframes", {2, 1e6}},
+      {"window.seconds", {0, 1e9}},
+      {"window.iterations", {1, 1000}},
+      {"keyframe.distance_m", {1e-3, 1000}},
+      {"keyframe.angle_deg", {0.01, 360}},
+      {"keyframe.new_share", {0, 1}},
+      {"planes.min_observations", {1, 1e6}},
+      {"planes.outline_cell_m", {1e-3, 10}},
+      {"planes.prior_tilt_deg", {1e-3, 90}},
+      {"association.max_distance_m", {1e-4, 100}},
+      {"association.max_angle_deg", {0.01, 90}},
+      {"association.max_gap_m", {0, 1000}},
+      {"places.min_planes", {1, 1000}},
+      {"surfels.cell_m", {1e-3, 10}},
+      {"labels.level_tilt_deg", {0.01, 90}},
+      {"labels.wall_tilt_deg", {0.01, 90}},
+  };
+  const auto found = ranges.find(key);
+  return found == ranges.end() ? std::nullopt : std::optional(found->second);
+}
+
+}  // namespace lamina::apps
