@@ -32,7 +32,11 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
     }
   }
   const Prediction prediction = predict(wheels);
-  const LineMatch match = align(prediction, wheels.has_value(), motion);
+  const double dt = last_stamp_ ? scan.stamp - *last_stamp_ : 0;
+  const bool regular = std::abs(dt - last_interval_) < 0.2 * dt;  // a step is a velocity
+  last_stamp_ = scan.stamp;
+  last_interval_ = dt;
+  const LineMatch match = align(prediction, wheels.has_value(), regular ? dt : 0, motion);
   const bool frozen = usual_.repeated(scan.ranges);
   const bool doubtful = !wheels && usual_.gap_before(scan.stamp) && usual_.worse(match.matched);
   fill(prediction, match, wheels, doubtful, motion);
@@ -66,7 +70,8 @@ ScanOdometry::Prediction ScanOdometry::predict(const std::optional<MotionGuess>&
   return {velocity_, squares(options_.sigma_velocity, options_.sigma_turn).asDiagonal()};
 }
 
-LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, ScanMotion& motion) {
+LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, double dt,
+                              ScanMotion& motion) {
   PlanarPrior prior;
   prior.T_map_scan = T_local_body_ * prediction.T_prev_curr;
   prior.information = prediction.covariance.inverse();
@@ -81,7 +86,8 @@ LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, ScanMot
   const auto unbelievable = [&] {
     const double least = wheels ? options_.lost_matched : options_.min_matched;
     return match.matched < least ||
-           (match.matched < options_.sure_matched && contradicts(match, prediction));
+           (match.matched < options_.sure_matched &&
+            contradiction(match, prediction) > options_.contradiction_chi_squared);
   };
   if ((match.matched < options_.min_matched || unbelievable()) && !map_.empty() &&
       points_.size() >= 10) {
@@ -89,15 +95,41 @@ LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, ScanMot
     match = search_near(prediction, match);
     if (unbelievable()) match = search_far(prediction, match);
   }
+  if (wheels && dt > 0) hold_to_wheels(prior, prediction, dt, match);
   return match;
 }
 
+// No robot leaps: where the scan does and wheels go on as before, the scan is led by what is no
+// wall (the ground at the end of a ramp, which runs ahead of a scanner that tips).
+void ScanOdometry::hold_to_wheels(const PlanarPrior& wheels, const Prediction& prediction,
+                                  double dt, LineMatch& match) const {
+  if (map_.empty() || contradiction(match, prediction) < options_.contradiction_chi_squared) return;
+  const auto from_before = [this](const PlanarPose& T_map_scan) {
+    return (velocity_.inverse() * (T_local_body_.inverse() * T_map_scan)).translation().norm();
+  };
+  const double leap = from_before(match.T_map_scan);
+  if (leap < options_.least_leap + options_.most_acceleration * dt * dt ||
+      from_before(wheels.T_map_scan) > options_.steady * leap) {
+    return;
+  }
+  constexpr double kFirm = 1e4;  // times the wheels' information
+  PlanarPrior firm = wheels;
+  firm.information *= kFirm;
+  const PlanarPose off = wheels.T_map_scan.inverse() * match.T_map_scan;
+  match = match_lines(map_, points_, wheels.T_map_scan, firm, options_.match);
+  // The scan says nothing of that way.
+  const Eigen::Vector3d e(off.x, off.y, off.yaw), told = match.information * e;
+  const double along = e.dot(told);
+  if (along > 0) match.information -= told * told.transpose() / along;
+  match.unknown_directions = std::max(1, match.unknown_directions);
+}
+
 // Far from what was expected, by that expectation's own measure.
-bool ScanOdometry::contradicts(const LineMatch& match, const Prediction& prediction) const {
+double ScanOdometry::contradiction(const LineMatch& match, const Prediction& prediction) const {
   const PlanarPose off =
       prediction.T_prev_curr.inverse() * (T_local_body_.inverse() * match.T_map_scan);
   const Eigen::Vector3d e(off.x, off.y, off.yaw);
-  return e.dot(prediction.covariance.inverse() * e) > options_.contradiction_chi_squared;
+  return e.dot(prediction.covariance.inverse() * e);
 }
 
 LineMatch ScanOdometry::search_near(const Prediction& prediction, const LineMatch& best) {

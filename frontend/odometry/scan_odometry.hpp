@@ -28,6 +28,10 @@ struct ScanOdometryOptions {
   /// A match that is farther from the wheels' motion than this (3 dof) and finds less of the scan
   /// than `sure_matched` is searched for, too.
   double contradiction_chi_squared = 100, sure_matched = 0.9;
+  /// A match that contradicts the wheels like that and leaps from the motion before, by more than
+  /// this (m) and this acceleration (m/s^2), while wheels go on (by this share of it), is not
+  /// believed.
+  double least_leap = 0.03, most_acceleration = 10, steady = 0.33;
   double search_translation = 0.5;  ///< m, least window of that search
   double search_rotation = 0.35;    ///< rad, likewise
   double search_resolution = 0.05;  ///< m a cell
@@ -83,7 +87,8 @@ class ScanOdometry {
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
   friend void fields(A& a, ScanOdometry& v) {
-    a(v.points_, v.T_local_body_, v.T_local_alone_, v.velocity_, v.key_scans_, v.map_, v.usual_);
+    a(v.points_, v.T_local_body_, v.T_local_alone_, v.velocity_, v.key_scans_, v.map_, v.usual_,
+      v.last_stamp_, v.last_interval_);
     if constexpr (A::kReading) v.grid_.reset();  // made anew from the map when it is needed
   }
 
@@ -101,8 +106,12 @@ class ScanOdometry {
     Eigen::Matrix3d covariance;
   };
   Prediction predict(const std::optional<MotionGuess>& wheels) const;
-  LineMatch align(const Prediction& prediction, bool wheels, ScanMotion& motion);
-  bool contradicts(const LineMatch& match, const Prediction& prediction) const;
+  /// `dt`: s since the last scan; 0: unknown, or not as between the two before.
+  LineMatch align(const Prediction& prediction, bool wheels, double dt, ScanMotion& motion);
+  void hold_to_wheels(const PlanarPrior& wheels, const Prediction& prediction, double dt,
+                      LineMatch& match) const;
+  /// Chi-squared of 3 degrees of freedom.
+  double contradiction(const LineMatch& match, const Prediction& prediction) const;
   LineMatch search_near(const Prediction& prediction, const LineMatch& best);
   LineMatch search_far(const Prediction& prediction, const LineMatch& best);
   LineMatch search(const PlanarPose& start, const SearchWindow& window);
@@ -118,6 +127,8 @@ class ScanOdometry {
   std::deque<KeyScan> key_scans_;
   PointMap map_;
   UsualFit usual_;
+  std::optional<Timestamp> last_stamp_;
+  double last_interval_ = 0;            ///< s
   std::optional<LikelihoodGrid> grid_;  ///< of map_, made when first needed
 };
 

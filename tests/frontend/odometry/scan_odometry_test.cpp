@@ -116,6 +116,44 @@ TEST(ScanOdometry, CorridorIsDegenerateAlongAndTakesTheWheels) {
   EXPECT_NEAR(T.so3().yaw(), 0, 0.005);
 }
 
+// The ground ahead of a scanner that tips at the end of a ramp: a wall across the corridor, which
+// runs away by 25 cm a scan.
+TEST(ScanOdometry, WhatRunsAheadDoesNotMakeARobotLeap) {
+  const auto driven = [](double most_acceleration) {
+    ScanOdometryOptions options;
+    options.most_acceleration = most_acceleration;
+    ScanOdometry odometry(options);
+    Scanner scanner;
+    SE3 T;
+    for (int i = 0; i < 25; ++i) {
+      auto walls = corridor();
+      const double ahead = 4 + (i < 15 ? 0 : 0.25 * (i - 15));
+      walls.push_back({{ahead, -1.2}, {ahead, 1.2}});
+      std::optional<MotionGuess> g;
+      if (i > 0) g = guess(SE3::planar(0.1, 0, 0), 0.01, 0.01);
+      const SE3 truth = SE3::planar(0.1 * i, 0, 0);
+      T = T * odometry.process(scanner.scan(walls, truth, 0.1 * i), g).T_prev_curr_body;
+    }
+    return T.translation().x();
+  };
+  EXPECT_NEAR(driven(ScanOdometryOptions().most_acceleration), 2.4, 0.05);
+  EXPECT_LT(driven(1e9), 1);  // led by it
+}
+
+// A robot that is stopped while its wheels spin: most of the scan shows it.
+TEST(ScanOdometry, WheelsThatSpinAreOverruled) {
+  ScanOdometry odometry;
+  Scanner scanner;
+  SE3 T;
+  for (int i = 0; i < 25; ++i) {
+    std::optional<MotionGuess> g;
+    if (i > 0) g = guess(SE3::planar(0.07, 0, 0), 0.005, 0.005);
+    const SE3 truth = SE3::planar(-1 + 0.07 * std::min(i, 12), 0, 0);
+    T = T * odometry.process(scanner.scan(room(), truth, 0.1 * i), g).T_prev_curr_body;
+  }
+  EXPECT_NEAR(T.translation().x(), 0.84, 0.02);
+}
+
 TEST(ScanOdometry, EmptyScansAreBridgedByTheWheelsAndNeverNaN) {
   ScanOdometry odometry;
   Scanner scanner;
