@@ -7,6 +7,9 @@
 
 namespace lamina {
 namespace {
+// Beams in a row without a return: fewer may be chance.
+constexpr int kLostBeams = 3;
+constexpr double kShortRange = 15;  // m
 // Half width in beams of the slope that tells a beam's incidence from its neighbours.
 constexpr int kSlopeHalfWidth = 4;
 // tan(85 deg): more oblique beams are treated alike.
@@ -62,7 +65,7 @@ int ScanPoints::load(const LaserScan& scan, const SegmentOptions& options) {
   sigma_r_ = std::max(options.min_sigma, scan.lidar.noise.range_sigma);
   sigma_a_ = std::max(0.0, scan.lidar.noise.angle_sigma);
   noise_scale_ = 1;
-  find_breaks(increment, options);
+  find_breaks(increment, scan.range_max, options);
   find_slopes(increment);
   estimate_noise(increment, options);
   accumulate();
@@ -71,13 +74,16 @@ int ScanPoints::load(const LaserScan& scan, const SegmentOptions& options) {
 
 // Adaptive break point [Borges2004]: on a surface whose chord makes at least gap_angle with the
 // beam, the next return is at most r sin(d) / sin(gap_angle - d) away.
-void ScanPoints::find_breaks(double increment, const SegmentOptions& options) {
+void ScanPoints::find_breaks(double increment, double range_max, const SegmentOptions& options) {
   break_.assign(r_.size(), 0);
   const auto reach_of = [&](double d) {
     const double allowed_angle = std::max(options.gap_angle - d, 0.25 * options.gap_angle);
     return std::sin(std::min(d, M_PI / 2)) / std::sin(allowed_angle);
   };
   const double next_reach = reach_of(increment);
+  // A door behind which all is out of range: to a scanner that sees far, beams that do not come
+  // back are black or glass more often.
+  const bool short_sighted = range_max > 0 && range_max <= kShortRange;
   for (int i = 1; i < size(); ++i) {
     const int beams = beam(i) - beam(i - 1);
     const double reach = beams == 1 ? next_reach : reach_of(increment * beams);
@@ -85,7 +91,9 @@ void ScanPoints::find_breaks(double increment, const SegmentOptions& options) {
     const double threshold = std::max(options.min_gap, near * reach) + 6 * sigma_r_;
     const double cosine = c(i) * c(i - 1) + s(i) * s(i - 1);
     const double squared = r(i) * r(i) + r(i - 1) * r(i - 1) - 2 * r(i) * r(i - 1) * cosine;
-    if (squared > threshold * threshold) break_[at(i)] = 1;
+    const bool opening =
+        short_sighted && beams > kLostBeams && squared > options.max_bridge * options.max_bridge;
+    if (squared > threshold * threshold || opening) break_[at(i)] = 1;
   }
 }
 

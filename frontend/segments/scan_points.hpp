@@ -74,7 +74,7 @@ class ScanPoints {
  private:
   static std::size_t at(int i) { return static_cast<std::size_t>(i); }
   void update_table(const LaserScan& scan);
-  void find_breaks(double increment, const SegmentOptions& options);
+  void find_breaks(double increment, double range_max, const SegmentOptions& options);
   void estimate_noise(double increment, const SegmentOptions& options);
   void find_slopes(double increment);
   void accumulate();

@@ -59,6 +59,25 @@ TEST(SegmentExtractor, FindsTheFourWallsOfARoomAcrossTheSeam) {
   }
 }
 
+// A door in a wall 2 m away, behind which all is out of range.
+TEST(SegmentExtractor, ShortSightedScannersSeeDoors) {
+  const std::vector<Wall> walls{{{2, -3}, {2, -0.45}}, {{2, 0.45}, {2, 3}}};
+  std::mt19937 random(3);
+  SegmentExtractor extractor;
+  ScanMaker maker;
+  maker.beams = 361;
+  maker.range_max = 6;
+  LaserScan scan = maker.scan(walls, random);
+  EXPECT_EQ(extractor.extract(scan).segments.size(), 2u);
+  // A few beams lost on a whole wall are no door, nor what never comes back to one that sees far.
+  maker.range_max = 30;
+  EXPECT_EQ(extractor.extract(maker.scan(walls, random)).segments.size(), 1u);
+  maker.range_max = 6;
+  scan = maker.scan({{{2, -3}, {2, 3}}}, random);
+  for (const std::size_t i : {179, 180, 181}) scan.ranges[i] = 0;
+  EXPECT_EQ(extractor.extract(scan).segments.size(), 1u);
+}
+
 TEST(SegmentExtractor, CovarianceIsWhatMonteCarloSays) {
   // One oblique wall, range and angle noise as the model says.
   const std::vector<Wall> walls = {{{1.5, -1.0}, {4.0, 3.0}}};
