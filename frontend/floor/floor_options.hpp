@@ -42,7 +42,7 @@ struct FloorOptions {
   double report_change_deg = 0.2;  ///< a tracked change above this is reported
   double process_deg = 0.002;      ///< deg per frame: how fast a sound mounting may creep
   double process_height_m = 2e-5;  ///< m per frame
-  int confirm_frames = 5;          ///< a jump is believed after so many frames that agree
+  int confirm_frames = 15;         ///< a jump is believed after so many frames that agree
   double max_height_m = 3.0;       ///< cameras higher than this above a plane do not stand on it
   double min_height_m = 0.1;
 

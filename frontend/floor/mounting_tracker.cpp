@@ -2,6 +2,7 @@
 #include <lamina/frontend/floor/mounting_tracker.hpp>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 namespace lamina {
@@ -54,6 +55,13 @@ void MountingTracker::update(const SE3& T_calibrated, const Plane& floor_camera,
   publish(T_calibrated);
 }
 
+// A knock turns a camera about its own place. Ground that rises or falls ahead passes the body at
+// another height, and at ever another one while it is driven to.
+bool MountingTracker::is_knock(const Eigen::Vector3d& measured) const {
+  constexpr double kMoved = 0.01;  // m
+  return std::abs(measured.z() - state_.z()) < kMoved;
+}
+
 void MountingTracker::set_aside(const Eigen::Vector3d& measured, const Eigen::Matrix3d& R) {
   const std::size_t wanted = static_cast<std::size_t>(std::max(1, options_.confirm_frames));
   aside_.push_back(measured);
@@ -66,14 +74,16 @@ void MountingTracker::set_aside(const Eigen::Vector3d& measured, const Eigen::Ma
     agree &= (m - mean).head<2>().norm() < 4 * std::sqrt(R(0, 0) + R(1, 1)) &&
              std::abs(m.z() - mean.z()) < 4 * std::sqrt(R(2, 2));
   }
-  if (agree) {
+  const bool knock = std::all_of(aside_.begin(), aside_.end(),
+                                 [this](const Eigen::Vector3d& m) { return is_knock(m); });
+  if (agree && knock) {
     state_ = mean;
     P_ = R;
     aside_.clear();
     return;
   }
   aside_.pop_front();
-  erratic_ = std::min(erratic_ + 1, 2 * options_.confirm_frames);
+  if (!agree) erratic_ = std::min(erratic_ + 1, 2 * options_.confirm_frames);
 }
 
 void MountingTracker::skip(const SE3& T_calibrated) {

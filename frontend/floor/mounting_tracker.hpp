@@ -10,8 +10,10 @@
 namespace lamina {
 
 /// A Kalman filter on (roll, pitch, height) with a slow random walk. A measurement beyond four
-/// sigmas is set aside; when `confirm_frames` of them in a row agree, the mounting was knocked and
-/// the state starts anew there. When they do not agree the camera is not rigidly mounted
+/// sigmas is set aside; when `confirm_frames` of them in a row agree in a turn about the camera's
+/// own place (to 1 cm: ground that rises or falls ahead passes the body at another height), the
+/// mounting was knocked and the state starts anew there. When they do not agree the camera is not
+/// rigidly mounted
 /// (`rigid` false) and the state stays what it was.
 class MountingTracker {
  public:
@@ -32,6 +34,7 @@ class MountingTracker {
   }
 
  private:
+  bool is_knock(const Eigen::Vector3d& measured) const;
   void set_aside(const Eigen::Vector3d& measured, const Eigen::Matrix3d& R);
   void publish(const SE3& T_body_camera_calibrated);
 

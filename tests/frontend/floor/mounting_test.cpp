@@ -122,6 +122,26 @@ TEST(MountingTracker, ConvergesAndReportsAKnock) {
   EXPECT_NEAR(tracker.estimate().pitch / kDegree, 1.6, 0.05);
 }
 
+// Driven to at 0.5 m/s and ten images a second, and stood before: both fill the image.
+TEST(MountingTracker, ARampAheadIsNoKnock) {
+  MountingTracker tracker{FloorOptions()};
+  for (int i = 0; i < 30; ++i) tracker.update(kMounting, floor_of(turned(0, 0)), frame_noise());
+  const double slope = 5 * kDegree;
+  const auto ramp = [slope](double ahead) {
+    const Eigen::Vector3d n(-std::sin(slope), 0, std::cos(slope));
+    return kMounting.inverse() * Plane(n, n.x() * ahead);
+  };
+  bool reported = false;
+  const auto look = [&](double ahead) {
+    tracker.update(kMounting, ramp(ahead), frame_noise());
+    reported |= tracker.estimate().changed;
+  };
+  for (int i = 0; i < 50; ++i) look(0.8);
+  for (int i = 0; i < 16; ++i) look(0.8 - 0.05 * i);
+  EXPECT_FALSE(reported);
+  EXPECT_NEAR(tracker.estimate().pitch, 0, 1e-4);
+}
+
 TEST(MountingTracker, OneWrongFrameMovesNothing) {
   MountingTracker tracker{FloorOptions()};
   for (int i = 0; i < 10; ++i) tracker.update(kMounting, floor_of(turned(0, 0)), frame_noise());
