@@ -11,6 +11,16 @@
 namespace lamina::apps {
 namespace {
 
+constexpr double kSlopeTime = 5;  // s that a change of slope is kept in mind
+
+Increment tilting(Increment increment) {
+  constexpr double kTilt = 0.1;  // rad per square root of a metre: a ramp's whole slope in a length
+  const double tilt = kTilt * kTilt * increment.T_from_to.translation().norm();
+  increment.covariance(3, 3) += tilt;
+  increment.covariance(4, 4) += tilt;
+  return increment;
+}
+
 // Tracks are predicted with the wheels' own uncertainty.
 TrackingOptions tracking_of(const Settings& settings, const Calibration& calibration) {
   TrackingOptions tracking = settings.tracking;
@@ -123,8 +133,25 @@ Matrix6d FrontEnd::held_level(Matrix6d covariance) const {
   return covariance;
 }
 
+// Wheels take the ground for one plane. Where a camera sees it change its slope the body may tilt,
+// and what the camera sees says how far. (Beside a scanner, which takes all for level, it does
+// not.)
+void FrontEnd::look_for_slopes(const FloorResult& floor) {
+  constexpr double kLeast = 0.026, kMost = 0.35, kShare = 0.02;  // rad; of the image's pixels
+  const double all = static_cast<double>(floor.pixel_labels.size());
+  const SE3 off = floor.T_body_camera * floor.mounting.T_body_camera.inverse();
+  bool slopes = floor.status == FloorStatus::kFound && off.so3().log().head<2>().norm() > kLeast;
+  for (const ExtractedPlane& p : floor.planes) {
+    const bool ground = p.kind == PlaneKind::kSubDominant && p.slope > kLeast && p.slope < kMost;
+    slopes = slopes || (ground && static_cast<double>(p.pixels) > kShare * all);
+  }
+  if (slopes) last_slope_ = floor.stamp;
+}
+
 Increment FrontEnd::advance(const SE3& T_start_body, const Matrix6d& covariance, Timestamp stamp) {
-  const Increment increment{T_start_body_.inverse() * T_start_body, covariance};
+  Increment increment{T_start_body_.inverse() * T_start_body, covariance};
+  const bool slopes = last_slope_ && stamp - *last_slope_ < kSlopeTime;
+  if (follow_slopes_ && slopes && !last_scan_) increment = tilting(increment);
   T_start_body_ = T_start_body;
   if (!first_step_) first_step_ = T_start_body;
   last_step_ = stamp;
@@ -254,6 +281,7 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
     const auto timer = metrics.time("floor");
     floor = floor_.process(frame);
     floor.sensor = kind;
+    look_for_slopes(floor);
     step.observations = floor.to_observations();
   }
   {

@@ -62,6 +62,8 @@ class FrontEnd {
   void correct_depth(DepthDistortion distortion) { distortion_ = std::move(distortion); }
   /// How a level scanner's mounting is wrong; before the first scan.
   void correct_level_scanner(const MountingCorrection& correction) { level_scanner_ = correction; }
+  /// Lets the body tilt where the ground does: where no image motions come later (offline) to say.
+  void follow_slopes() { follow_slopes_ = true; }
   const DepthDistortion& depth_distortion() const { return distortion_; }
   /// True where the floor of the first image gave the first pose: the map's level is as good as
   /// that image's, and the refined floor knows better.
@@ -82,7 +84,8 @@ class FrontEnd {
            levelled_by_image, wheels, learned, met, floor, obstacles, images, segments,
            scan_odometry, max_tilt, sweep, T_start_body, last_step, last_told, last_scan,
            T_start_scan_body, since_scan, scan_step, scan_interval, last_image, T_start_image,
-           image_velocity, skipped, ground_returns] = v;
+           image_velocity, skipped, ground_returns, last_slope, follow_slopes] = v;
+    static_cast<void>(follow_slopes);  // of the mode
     static_cast<void>(distortion);     // of the recording, before it is mapped
     static_cast<void>(level_scanner);  // likewise
     static_cast<void>(planar);         // of the calibration
@@ -91,7 +94,8 @@ class FrontEnd {
     static_cast<void>(obstacles);  // keeps buffers alone
     a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, learned, met, images,
       segments, scan_odometry, T_start_body, last_step, last_told, last_scan, T_start_scan_body,
-      since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns);
+      since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns,
+      last_slope);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -125,6 +129,7 @@ class FrontEnd {
   Increment coast(Timestamp stamp) const;
   std::optional<Plane> first_floor_map();
   Matrix6d held_level(Matrix6d covariance) const;
+  void look_for_slopes(const FloorResult& floor);
   bool meet(Timestamp stamp);
   std::optional<Increment> measured_way(const std::optional<Timestamp>& from, Timestamp to) const;
   std::optional<Increment> less_lawful_errors(const std::optional<Increment>& measured) const;
@@ -158,7 +163,9 @@ class FrontEnd {
   SE3 T_start_image_;                       // the chain at the last image
   std::optional<Vector6d> image_velocity_;  // of the body up to it: right tangent a second
   std::map<std::string, std::int64_t> skipped_;
-  std::int64_t ground_returns_ = 0;  // taken out of scans
+  std::int64_t ground_returns_ = 0;      // taken out of scans
+  std::optional<Timestamp> last_slope_;  // when a camera last saw the ground change its slope
+  bool follow_slopes_ = false;
 };
 
 }  // namespace lamina::apps

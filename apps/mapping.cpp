@@ -308,6 +308,7 @@ int run_map(const MapRequest& request) {
   output.set_recording(request.input);
   FrontEnd front_end(settings, sensors);
   const bool live = request.input.rfind("openni:", 0) == 0;
+  if (request.online) front_end.follow_slopes();
   if (live && request.resume) {
     throw Error("--resume: found the live device " + request.input + ", expected a recording");
   }
