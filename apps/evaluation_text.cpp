@@ -1,6 +1,7 @@
 // The table and the JSON of an evaluation, and its limits.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include <lamina/apps/evaluation.hpp>
@@ -78,13 +79,30 @@ Json to_json(const GridErrors& g) {
           {"near_heights", g.near_heights}};
 }
 
+// How honest the planes' sigmas are: squared errors over their covariance, 3 degrees of freedom.
+std::string sigmas_text(const PlaneErrors& p) {
+  constexpr double kOneInAThousand = 16.27;
+  if (p.matches.empty()) return "";
+  std::vector<double> squared;
+  for (const PlaneMatch& m : p.matches) squared.push_back(m.normalized_squared);
+  const auto middle = squared.begin() + static_cast<std::ptrdiff_t>(squared.size() / 2);
+  std::nth_element(squared.begin(), middle, squared.end());
+  const auto beyond = std::count_if(squared.begin(), squared.end(),
+                                    [](double value) { return value > kOneInAThousand; });
+  return fmt::format(
+      "plane sigmas               squared error over covariance median {:.2f} (2.37 due), above "
+      "{} (0.1 % due) {} of {}\n",
+      *middle, kOneInAThousand, beyond, squared.size());
+}
+
 std::string planes_text(const PlaneErrors& p) {
   return fmt::format(
-      "planes                     matched {}, missed {}, split {}, merged {}, spurious {}\n"
-      "plane distance             mean {:.4f}  max {:.4f} m\n"
-      "plane angle                mean {:.3f}  max {:.3f} degrees\n",
-      p.matches.size(), p.missed.size(), p.split.size(), p.merged.size(), p.spurious.size(),
-      p.rho_mean_m, p.rho_max_m, p.angle_mean_deg, p.angle_max_deg);
+             "planes                     matched {}, missed {}, split {}, merged {}, spurious {}\n"
+             "plane distance             mean {:.4f}  max {:.4f} m\n"
+             "plane angle                mean {:.3f}  max {:.3f} degrees\n",
+             p.matches.size(), p.missed.size(), p.split.size(), p.merged.size(), p.spurious.size(),
+             p.rho_mean_m, p.rho_max_m, p.angle_mean_deg, p.angle_max_deg) +
+         sigmas_text(p);
 }
 
 std::string grid_text(const GridErrors& g) {

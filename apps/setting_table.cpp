@@ -65,8 +65,8 @@ std::vector<Setting> scan_rows() {
       row_enum(
           "scan.method", [](Settings & s) -> auto& { return s.scan.method; },
           {"contiguous_floor", "document"},
-          "how holes are found: walking out over the fitted floor, or the two methods of the "
-          "document on negative obstacles as written, to compare"),
+          "how holes are found: contiguous_floor, walking out over the fitted floor, or document, "
+          "the two methods of the document on negative obstacles as written, to compare"),
       LAMINA_ROW("scan.leveled", scan.leveled,
                  "level by the floor of each image; false: the mounting as calibrated"),
       LAMINA_ROW("scan.angle_increment_deg", scan.angle_increment_deg,
