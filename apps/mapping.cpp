@@ -38,6 +38,10 @@ constexpr std::size_t kReadAhead = 16;  // frames: half a second of a 30 Hz came
 void refine(Mapper& mapper, MapOutput& output, const std::function<bool()>& ended) {
   const Trajectory before = mapper.trajectory();
   const RefineResult result = mapper.refine({}, [&](const RefineProgress&) { return !ended(); });
+  {
+    const auto timer = output.metrics.time("covariances");
+    mapper.know_covariances();
+  }
   output.set_refinement(result, before, mapper.trajectory());
   // Nothing to solve is no plane, too: that is said once.
   if (result.status != SolveStatus::kConverged && result.status != SolveStatus::kNothingToSolve)

@@ -102,6 +102,7 @@ int refine_sessions(const std::vector<Path>& inputs, const Path& output_folder, 
   Mapper mapper(settings.mapper, std::move(session.map));
   const Trajectory before = mapper.trajectory();
   const RefineResult result = mapper.refine();
+  mapper.know_covariances();
   output.set_refinement(result, before, mapper.trajectory());
   if (result.status != SolveStatus::kConverged) {
     spdlog::warn("refinement: {}", to_string(result.status));

@@ -69,6 +69,10 @@ class Mapper {
   RefineResult refine(const RefineOptions& options = {},
                       const std::function<bool(const RefineProgress&)>& progress = {});
 
+  /// Gives planes the exact covariances of the graph as it was last refined, poses' errors and all;
+  /// until then they carry what the window left them with, or what their own evidence says.
+  void know_covariances();
+
   /// Floor evidence of keyframes beyond the window that lie within `radius_m` of an older one hangs
   /// on that one from here on, at the poses of now, and every place of the floor on one keyframe:
   /// what many laps saw takes the room of one. Of keyframes that the last refine() laid out, where

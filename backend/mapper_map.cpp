@@ -2,6 +2,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include <lamina/backend/covariance.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/models/linalg.hpp>
 
@@ -115,6 +116,11 @@ void Mapper::condense_floor(double radius_m) {
   std::vector<KeyframeId> laid_out = surfels_.keyframes();
   std::erase_if(laid_out, [this](KeyframeId id) { return id > refined_ || window_.contains(id); });
   surfels_.condense(graph_, laid_out, radius_m);
+}
+
+void Mapper::know_covariances() {
+  store_covariances(graph_);
+  joint_.clear();
 }
 
 PlanarMap Mapper::map() const {

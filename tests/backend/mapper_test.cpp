@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include <lamina/backend/covariance.hpp>
 #include <lamina/models/error.hpp>
 
 #include "mapper_room.hpp"
@@ -65,6 +66,27 @@ TEST(Mapper, RefinementKeepsOrBettersTheMap) {
   const AddResult result =
       mapper.add(sensor.depth(drive.truth[179], at_frame(500), room), SE3(), drive.covariance);
   EXPECT_LT((result.T_map_body.translation() - drive.truth[179].translation()).norm(), 0.03);
+}
+
+// Not what the window left them with, nor what their own evidence says with poses taken for true.
+TEST(Mapper, PlanesCarryTheCovariancesOfTheRefinedGraph) {
+  const Drive drive(180, 180, 3);
+  const auto room = make_room();
+  Sensor sensor(4);
+  Mapper mapper = run(
+      drive, {}, [&](std::size_t i) { return sensor.depth(drive.truth[i], at_frame(i), room); });
+  mapper.refine();
+  mapper.know_covariances();
+  const PlanarMap map = mapper.map();
+  CovarianceRequest request;
+  for (const MapPlane& plane : map.planes) request.planes.push_back(PlaneId{plane.id});
+  const Covariances exact = covariances(mapper.graph(), request);
+  ASSERT_TRUE(exact.valid);
+  ASSERT_EQ(map.planes.size(), room.size());
+  for (std::size_t i = 0; i < map.planes.size(); ++i) {
+    const Eigen::Matrix2d told = map.planes[i].covariance.topLeftCorner<2, 2>();
+    EXPECT_TRUE(told.isApprox(exact.planes[i].topLeftCorner<2, 2>(), 1e-6)) << i;
+  }
 }
 
 TEST(Mapper, ScansAloneMapWallsAndSayWhatTheyDoNotSee) {
