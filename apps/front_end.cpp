@@ -151,7 +151,7 @@ void FrontEnd::look_for_slopes(const FloorResult& floor) {
 Increment FrontEnd::advance(const SE3& T_start_body, const Matrix6d& covariance, Timestamp stamp) {
   Increment increment{T_start_body_.inverse() * T_start_body, covariance};
   const bool slopes = last_slope_ && stamp - *last_slope_ < kSlopeTime;
-  if (follow_slopes_ && slopes && !last_scan_) increment = tilting(increment);
+  if (slopes && !last_scan_) increment = tilting(increment);
   T_start_body_ = T_start_body;
   if (!first_step_) first_step_ = T_start_body;
   last_step_ = stamp;
@@ -281,7 +281,7 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
     const auto timer = metrics.time("floor");
     floor = floor_.process(frame);
     floor.sensor = kind;
-    look_for_slopes(floor);
+    if (follow_slopes_) look_for_slopes(floor);
     step.observations = floor.to_observations();
   }
   {

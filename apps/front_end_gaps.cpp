@@ -34,9 +34,7 @@ Increment FrontEnd::coast(Timestamp stamp) const {
   const Vector6d moved = dt * *velocity;
   const double along = kSurest + kShare * moved.head<3>().norm() + 0.5 * kAcceleration * dt * dt;
   const double about = kSurest + kShare * moved.tail<3>().norm() + 0.5 * kTurning * dt * dt;
-  Vector6d variances;
-  variances << Eigen::Vector3d::Constant(along * along), Eigen::Vector3d::Constant(about * about);
-  return {SE3::exp(moved), variances.asDiagonal()};
+  return {SE3::exp(moved), round_covariance(along, about)};
 }
 
 Increment FrontEnd::coasted(Timestamp stamp, Step& step) const {

@@ -2,6 +2,10 @@
 #include <lamina/apps/setting_ranges.hpp>
 
 #include <map>
+#include <sstream>
+#include <stdexcept>
+
+#include <lamina/apps/setting.hpp>
 
 namespace lamina::apps {
 
@@ -60,6 +64,24 @@ std::optional<SettingRange> range_of(const std::string& key) {
   };
   const auto found = ranges.find(key);
   return found == ranges.end() ? std::nullopt : std::optional(found->second);
+}
+
+void require_in_range(const std::string& key, const std::string& value) {
+  const auto range = range_of(key);
+  if (!range) return;
+  std::stringstream numbers(value);
+  for (std::string part; std::getline(numbers, part, ',');) {
+    const auto first = part.find_first_not_of("[ \t"), last = part.find_last_not_of("] \t");
+    double number = 0;
+    try {
+      text::read(first == std::string::npos ? "" : part.substr(first, last - first + 1), number);
+    } catch (const std::invalid_argument&) {
+      return;
+    }
+    if (number >= range->low && number <= range->high) continue;
+    throw std::invalid_argument("a number from " + text::write(range->low) + " to " +
+                                text::write(range->high));
+  }
 }
 
 }  // namespace lamina::apps

@@ -13,4 +13,8 @@ struct SettingRange {
 /// nullopt for settings that are no numbers, and the seed.
 std::optional<SettingRange> range_of(const std::string& key);
 
+/// Throws std::invalid_argument saying what is expected where a number in the setting's text, or
+/// one of several, is out of its range. What is no number at all, the setting's own reader says.
+void require_in_range(const std::string& key, const std::string& value);
+
 }  // namespace lamina::apps

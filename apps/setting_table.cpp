@@ -1,5 +1,6 @@
 // The table itself: keys, members, meanings.
 #include <lamina/apps/preset.hpp>
+#include <lamina/apps/setting_ranges.hpp>
 #include <lamina/apps/settings.hpp>
 
 namespace lamina::apps {
@@ -167,21 +168,18 @@ const std::vector<Setting>& setting_table() {
 
 std::vector<std::string> problems(const Settings& settings) {
   std::vector<std::string> all;
-  const auto require = [&all](bool good, const std::string& text) {
-    if (!good) all.push_back(text);
-  };
-  require(settings.preset == "auto" || find_preset(settings.preset) != nullptr,
-          "preset: found '" + settings.preset +
-              "', expected auto, indoor_rgbd, wheeled_lidar or aerial_lidar");
-  require(settings.threads >= 1, "threads must be at least 1");
-  require(settings.checkpoint_interval > 0, "checkpoint.interval_s must be above 0");
-  require(settings.grid_resolution >= 0.001 && settings.grid_resolution <= 10,
-          "grid.resolution_m must lie between 0.001 and 10");
-  require(settings.robot.height > 0, "robot.height_m must be above 0");
-  require(settings.robot.radius >= 0, "robot.radius_m must not be negative");
-  require(settings.robot.max_step > 0, "robot.max_step_m must be above 0");
-  require(settings.robot.max_slope > 0 && settings.robot.max_slope < 1.5,
-          "robot.max_slope_deg must lie between 0 and 85");
+  if (settings.preset != "auto" && find_preset(settings.preset) == nullptr) {
+    all.push_back("preset: found '" + settings.preset +
+                  "', expected auto, indoor_rgbd, wheeled_lidar or aerial_lidar");
+  }
+  for (const Setting& setting : setting_table()) {
+    const std::string value = setting.write(settings);
+    try {
+      require_in_range(setting.key, value);
+    } catch (const std::invalid_argument& expected) {
+      all.push_back(setting.key + ": found '" + value + "', expected " + expected.what());
+    }
+  }
   for (const auto& part :
        {settings.floor.problems(), scan_options(settings).problems(), settings.segments.problems(),
         settings.tracking.problems(), settings.mapper.problems()}) {

@@ -23,26 +23,6 @@ std::string text_of(const YAML::Node& node) {
   return text + "]";
 }
 
-// Throws std::invalid_argument where a number, or one of several, is out of its range. What is no
-// number at all, its own reader says.
-void require_in_range(const std::string& key, const std::string& value) {
-  const auto range = range_of(key);
-  if (!range) return;
-  std::stringstream numbers(value);
-  for (std::string part; std::getline(numbers, part, ',');) {
-    const auto first = part.find_first_not_of("[ \t"), last = part.find_last_not_of("] \t");
-    double number = 0;
-    try {
-      text::read(first == std::string::npos ? "" : part.substr(first, last - first + 1), number);
-    } catch (const std::invalid_argument&) {
-      return;
-    }
-    if (number >= range->low && number <= range->high) continue;
-    throw std::invalid_argument("a number from " + text::write(range->low) + " to " +
-                                text::write(range->high));
-  }
-}
-
 void load_node(Settings& settings, const YAML::Node& node, const std::string& prefix,
                const std::string& file) {
   std::set<std::string> seen;

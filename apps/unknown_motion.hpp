@@ -5,14 +5,16 @@
 
 namespace lamina::apps {
 
-/// Where nothing measured the motion: anything a robot does between two frames is likely.
-inline Matrix6d still_covariance() {
-  constexpr double kMetres = 0.3, kRadians = 0.3;
+/// The same in every direction.
+inline Matrix6d round_covariance(double metres, double radians) {
   Vector6d variances;
-  variances << Eigen::Vector3d::Constant(kMetres * kMetres),
-      Eigen::Vector3d::Constant(kRadians * kRadians);
+  variances << Eigen::Vector3d::Constant(metres * metres),
+      Eigen::Vector3d::Constant(radians * radians);
   return variances.asDiagonal();
 }
+
+/// Where nothing measured the motion: anything a robot does between two frames is likely.
+inline Matrix6d still_covariance() { return round_covariance(0.3, 0.3); }
 
 /// A robot that was carried away may be anywhere near; the loops that find it say where.
 inline Matrix6d carried_away() {
@@ -24,13 +26,7 @@ inline Matrix6d carried_away() {
 }
 
 /// Odometry that what was seen contradicts: where it says nothing else does, its word stays.
-inline Matrix6d any_motion() {
-  constexpr double kMetres = 100, kRadians = 0.5;
-  Vector6d variances;
-  variances << Eigen::Vector3d::Constant(kMetres * kMetres),
-      Eigen::Vector3d::Constant(kRadians * kRadians);
-  return variances.asDiagonal();
-}
+inline Matrix6d any_motion() { return round_covariance(100, 0.5); }
 
 /// Odometry that leapt away from the motion that what was seen bears out: by how much is not known,
 /// which way is. Position and attitude may have leapt apart. `leap` in the scanner's tangent.

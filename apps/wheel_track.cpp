@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include <lamina/sensors/odometry_track.hpp>
+
 namespace lamina::apps {
 namespace {
 
@@ -12,18 +14,11 @@ Matrix6d compose(const Matrix6d& cov_ab, const SE3& T_b_c, const Matrix6d& cov_b
   return J * cov_ab * J.transpose() + cov_bc;
 }
 
-bool differ(const Odometry& a, const Odometry& b, double metres, double radians) {
-  const SE3 moved = a.T_odom_body.inverse() * b.T_odom_body;
-  return moved.translation().norm() > metres || moved.so3().log().norm() > radians;
-}
-
 // That the body stood still at an end of the samples, the two there tell.
-bool stood(const Odometry& end, const Odometry& inner) { return !differ(end, inner, 1e-3, 1e-3); }
-
-// A long silence in which the body went somewhere: by which way is not known.
-bool is_hole(const Odometry& before, const Odometry& after) {
-  constexpr double kLong = 1, kMetres = 0.05, kRadians = 0.05;  // s
-  return after.stamp - before.stamp > kLong && differ(before, after, kMetres, kRadians);
+bool stood(const Odometry& end, const Odometry& inner) {
+  constexpr double kMetres = 1e-3, kRadians = 1e-3;
+  const SE3 moved = inner.T_odom_body.inverse() * end.T_odom_body;
+  return moved.translation().norm() <= kMetres && moved.so3().log().norm() <= kRadians;
 }
 
 }  // namespace
@@ -56,7 +51,8 @@ std::optional<SE3> WheelTrack::at(Timestamp stamp) const {
     return after->T_odom_body;
   }
   const auto before = after - 1;
-  if (is_hole(*before, *after)) return std::nullopt;
+  if (is_hole(before->T_odom_body, after->T_odom_body, after->stamp - before->stamp))
+    return std::nullopt;
   return SE3::interpolate(before->T_odom_body, after->T_odom_body,
                           (stamp - before->stamp) / (after->stamp - before->stamp));
 }

@@ -6,17 +6,13 @@
 #include <lamina/sensors/time_order.hpp>
 
 namespace lamina {
-namespace {
 
-bool is_hole(const StampedPose& before, const StampedPose& after, double interval) {
-  constexpr double kLong = 1, kMetres = 0.05, kRadians = 0.05;  // s
-  const double silence = after.stamp - before.stamp;
-  if (!(silence > std::max(kLong, OdometryTrack::kHole * interval))) return false;
-  const SE3 moved = before.pose.inverse() * after.pose;
+bool is_hole(const SE3& before, const SE3& after, double silence, double long_silence) {
+  constexpr double kMetres = 0.05, kRadians = 0.05;
+  if (!(silence > long_silence)) return false;
+  const SE3 moved = before.inverse() * after;
   return moved.translation().norm() > kMetres || moved.so3().log().norm() > kRadians;
 }
-
-}  // namespace
 
 OdometryTrack::OdometryTrack(std::span<const Odometry> samples) {
   std::vector<Timestamp> stamps;
@@ -41,8 +37,11 @@ std::optional<Odometry> OdometryTrack::at(Timestamp stamp) const {
     const auto same =
         std::lower_bound(track_.begin(), track_.end(), stamp,
                          [](const StampedPose& sample, Timestamp t) { return sample.stamp < t; });
-    if (same != track_.end() && same->stamp != stamp && is_hole(*(same - 1), *same, interval_))
+    if (same != track_.end() && same->stamp != stamp &&
+        is_hole((same - 1)->pose, same->pose, same->stamp - (same - 1)->stamp,
+                std::max(1.0, kHole * interval_))) {
       return std::nullopt;
+    }
     return Odometry{stamp, *pose, same == track_.end() || same->stamp != stamp};
   }
   const bool before = stamp < track_.front().stamp;

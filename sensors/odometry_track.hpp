@@ -10,6 +10,10 @@
 
 namespace lamina {
 
+/// A silence (s) longer than `long_silence` in which the body went 5 cm or 3 degrees: by which way
+/// is not known.
+bool is_hole(const SE3& before, const SE3& after, double silence, double long_silence = 1);
+
 /// Builds the track from samples in any order; those whose time goes back are left out and counted.
 class OdometryTrack {
  public:

@@ -42,6 +42,13 @@ TEST(Settings, KeysThatTheContractFixesExist) {
 
 TEST(Settings, DefaultsHaveNoProblems) { EXPECT_THAT(problems(Settings{}), testing::IsEmpty()); }
 
+TEST(Settings, ProblemsHoldRangesToo) {
+  Settings settings;
+  settings.grid_resolution = 20;
+  EXPECT_THAT(problems(settings), testing::ElementsAre("grid.resolution_m: found '20', expected a "
+                                                       "number from 0.001 to 10"));
+}
+
 TEST(Settings, YamlGoesRoundForEveryKey) {
   Settings settings;
   set_assignment(settings, "robot.height_m=1.25");
