@@ -15,6 +15,7 @@
 #include <lamina/grid/occupancy_grid.hpp>
 #include <lamina/grid/rasterizer.hpp>
 #include <lamina/io/atomic_file.hpp>
+#include <lamina/io/decimal_seconds.hpp>
 #include <lamina/io/graph_files.hpp>
 #include <lamina/io/grid_files.hpp>
 #include <lamina/io/map_files.hpp>
@@ -109,19 +110,21 @@ void MapOutput::add(const Step& step, const AddResult& added) {
 void MapOutput::note_tracking(Timestamp stamp, bool lost) {
   std::vector<io::LostSpan>& spans = metrics.tracking_lost;
   if (lost) {
-    const double after = tracked_.value_or(stamp).seconds();
+    const double after = io::decimal_seconds(tracked_.value_or(stamp));
     ++metrics.counts["steps_with_tracking_lost"];
     metrics.counts.try_emplace("tracking_lost_after_s", after);
     if (!lost_) {
       constexpr std::size_t kMostLines = 5;  // metrics.json has them all
       if (spans.size() < kMostLines) {
-        spdlog::warn("tracking lost after {:.3f} s: the motion up to {:.3f} s is a guess",
-                     tracked_.value_or(stamp).seconds(), stamp.seconds());
+        spdlog::warn("tracking lost after {:.3f} s: the motion up to {:.3f} s is a guess", after,
+                     stamp.seconds());
       }
       if (spans.size() < io::Metrics::kMostSpans) spans.push_back({after, std::nullopt});
     }
   } else {
-    if (lost_ && !spans.empty() && !spans.back().until_s) spans.back().until_s = stamp.seconds();
+    if (lost_ && !spans.empty() && !spans.back().until_s) {
+      spans.back().until_s = io::decimal_seconds(stamp);
+    }
     tracked_ = stamp;
   }
   lost_ = lost;

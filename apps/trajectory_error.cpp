@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lamina/io/decimal_seconds.hpp>
+
 namespace lamina::apps {
 namespace {
 
@@ -136,7 +138,7 @@ std::optional<TrajectoryError> trajectory_error(const Trajectory& estimate,
   std::vector<double> angles;
   for (const Pair& p : pairs) {
     const SE3 aligned = result.T_reference_estimate * p.estimate;
-    result.times.push_back(p.stamp.seconds());
+    result.times.push_back(io::decimal_seconds(p.stamp));
     result.errors_m.push_back((aligned.translation() - p.reference.translation()).norm());
     angles.push_back((p.reference.so3().inverse() * (turn * aligned).so3()).log().norm() / kDegree);
   }

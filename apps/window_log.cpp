@@ -26,7 +26,7 @@ void WindowLog::write(const std::filesystem::path& file) const {
   io::write_atomically(file, [&](std::ostream& out) {
     out << "timestamp,keyframes,residuals,solve_ms\n";
     for (const Entry& e : entries_) {
-      out << fmt::format("{:.9f},{},{},{:.3f}\n", e.stamp.seconds(), e.keyframes, e.residuals,
+      out << fmt::format("{},{},{},{:.3f}\n", e.stamp.to_string(), e.keyframes, e.residuals,
                          e.solve_ms);
     }
   });

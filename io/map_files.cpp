@@ -7,6 +7,7 @@
 #include <ostream>
 
 #include <lamina/io/atomic_file.hpp>
+#include <lamina/io/decimal_seconds.hpp>
 #include <lamina/models/error.hpp>
 
 namespace lamina::io {
@@ -47,8 +48,8 @@ Json to_json(const MapPlane& plane) {
       plane.outlines_map.empty() ? Json::array() : to_json(plane.outlines_map.front());
   json["area"] = plane.area;
   json["observations"] = plane.observations;
-  json["first_seen"] = plane.first_seen.seconds();
-  json["last_seen"] = plane.last_seen.seconds();
+  json["first_seen"] = decimal_seconds(plane.first_seen);
+  json["last_seen"] = decimal_seconds(plane.last_seen);
   json["centroid"] = to_json(plane.centroid_map);
   json["unobserved_directions"] = plane.unobserved_directions;
   if (plane.outlines_map.size() > 1) {

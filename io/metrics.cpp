@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include <lamina/io/atomic_file.hpp>
+#include <lamina/io/decimal_seconds.hpp>
 
 namespace lamina::io {
 
@@ -109,7 +110,8 @@ void write_metrics(const std::filesystem::path& file, const Metrics& metrics) {
   }
   json["memory"] = Json::array();
   for (const auto& sample : metrics.memory.samples()) {
-    json["memory"].push_back({{"time_s", sample.time_s}, {"rss_mb", sample.rss_mb}});
+    json["memory"].push_back(
+        {{"time_s", decimal_seconds(sample.time_s)}, {"rss_mb", sample.rss_mb}});
   }
   json["skipped"] = Json::object();
   for (const auto& [why, count] : metrics.skipped) json["skipped"][why] = count;

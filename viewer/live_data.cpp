@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <lamina/io/decimal_seconds.hpp>
 #include <lamina/models/error.hpp>
 #include <lamina/viewer/encode.hpp>
 #include <lamina/viewer/parts.hpp>
@@ -20,7 +21,8 @@ std::string live_data(const LivePicture& picture) {
   data.add("name", quoted(picture.name));
   data.add("live", live.dump());
   data.add("planes", planes_text(map.planes));
-  const double start = map.trajectory.empty() ? 0 : map.trajectory.front().stamp.seconds();
+  const double start =
+      map.trajectory.empty() ? 0 : io::decimal_seconds(map.trajectory.front().stamp);
   data.add("start", nlohmann::json(start).dump());
   data.add("trajectory", track_text(map.trajectory, start));
   if (!picture.keyframes.empty()) data.add("keyframes", keyframes_text(picture.keyframes));

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include <lamina/io/decimal_seconds.hpp>
 #include <lamina/io/map_files.hpp>
 #include <lamina/models/error.hpp>
 #include <lamina/models/trajectory.hpp>
@@ -113,7 +114,7 @@ Trajectory add_tracks(ObjectText& data, const Path& folder) {
   const auto add = [&](const char* key, const char* name) {
     if (!std::filesystem::exists(folder / name)) return;
     const auto trajectory = Trajectory::read_tum(folder / name);
-    if (!start) start = trajectory.empty() ? 0.0 : trajectory.front().stamp.seconds();
+    if (!start) start = trajectory.empty() ? 0.0 : io::decimal_seconds(trajectory.front().stamp);
     data.add(key, track_text(trajectory, *start));
     if (path.empty()) path = trajectory;
   };

@@ -56,6 +56,24 @@ TEST_F(MapFiles, PlanesHaveTheKeysOfTheContract) {
   EXPECT_NEAR(plane["phi"].get<double>(), M_PI, 1e-12);
 }
 
+// Stamps are decimals to the nanosecond: no digits that only the double has.
+TEST_F(MapFiles, StampsHaveNoBinaryNoise) {
+  MapPlane early = a_wall(), late = a_wall();
+  // 1e-9 times these is beside the nearest double.
+  early.first_seen = Timestamp::from_nanoseconds(1'000'000'000'000);
+  early.last_seen = Timestamp::from_nanoseconds(1'001'100'000'000);
+  late.first_seen = Timestamp::from_nanoseconds(1'341'836'538'891'350'000);
+  late.last_seen = Timestamp::from_nanoseconds(1'305'031'102'175'304'000);
+  write_planes_json(file_, {early, late});
+  std::ifstream in(file_);
+  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  for (const char* line :
+       {"\"first_seen\": 1000.0,", "\"last_seen\": 1001.1,", "\"first_seen\": 1341836538.89135,",
+        "\"last_seen\": 1305031102.175304,"}) {
+    EXPECT_NE(text.find(line), std::string::npos) << line << " in\n" << text;
+  }
+}
+
 TEST_F(MapFiles, PlanesReadBackTheSame) {
   write_planes_json(file_, {a_wall()});
   const auto planes = read_planes_json(file_);

@@ -76,5 +76,17 @@ TEST(Metrics, WritesTheKeysOfTheContract) {
   std::filesystem::remove(file);
 }
 
+TEST(Metrics, MemorysTimesHaveNoBinaryNoise) {
+  Metrics metrics;
+  metrics.memory.note(1000.1);
+  metrics.memory.note(1017.2);  // 17.100000000000023 later
+  const auto file = std::filesystem::temp_directory_path() / "lamina_metrics_times_test.json";
+  write_metrics(file, metrics);
+  std::ifstream in(file);
+  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  EXPECT_NE(text.find("\"time_s\": 17.1,"), std::string::npos) << text;
+  std::filesystem::remove(file);
+}
+
 }  // namespace
 }  // namespace lamina::io
