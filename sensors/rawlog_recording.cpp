@@ -57,6 +57,19 @@ CameraModel to_camera(const mrpt::img::TCamera& in, int width, int height) {
   return camera;
 }
 
+bool is_empty(const obs::CObservation2DRangeScan& scan) {
+  return scan.getScanSize() < 2 || !(scan.aperture > 0);
+}
+
+LidarModel to_lidar(const obs::CObservation2DRangeScan& scan) {
+  LidarModel lidar;
+  lidar.T_body_lidar = to_se3(scan.sensorPose);
+  if (scan.stdError > 0 && scan.stdError < 0.5f) {
+    lidar.noise.range_sigma = static_cast<double>(scan.stdError);
+  }
+  return lidar;
+}
+
 std::optional<SE3> movement(const obs::CActionCollection& actions) {
   for (std::size_t i = 0; i < actions.size(); ++i) {
     const obs::CAction& action = actions.get(i);
@@ -164,6 +177,7 @@ class RawlogRecording final : public Recording {
 
  private:
   void first_pass();
+  void meet(const obs::CObservation::Ptr& observation);
   void convert(const obs::CObservation::Ptr& observation);
   void convert_scan(const obs::CObservation2DRangeScan& in, Timestamp stamp);
   void convert_depth(const obs::CObservation3DRangeScan& in, Timestamp stamp);
@@ -184,6 +198,15 @@ class RawlogRecording final : public Recording {
   bool light_ = false;  // images are passed over
 };
 
+// Says where the scanner sits as soon as the log is opened: settings depend on it.
+void RawlogRecording::meet(const obs::CObservation::Ptr& observation) {
+  if (calibration_.lidar) return;
+  const auto* scan = dynamic_cast<const obs::CObservation2DRangeScan*>(observation.get());
+  if (scan != nullptr && to_stamp(scan->timestamp) && !is_empty(*scan)) {
+    calibration_.lidar = to_lidar(*scan);
+  }
+}
+
 // Odometry of the whole file: sums of actions, or observations as they are.
 void RawlogRecording::first_pass() {
   ObjectStream objects(name_);
@@ -197,6 +220,7 @@ void RawlogRecording::first_pass() {
       remarks_.assign(1, "odometry: sums of the log's actions");
     } else if (const auto frame = std::dynamic_pointer_cast<obs::CSensoryFrame>(object)) {
       usable = usable || frame->size() > 0;
+      for (const auto& observation : *frame) meet(observation);
       for (const auto& observation : *frame) {
         const auto stamp = to_stamp(observation->timestamp);
         if (!stamp || remarks_.empty()) continue;
@@ -207,8 +231,9 @@ void RawlogRecording::first_pass() {
       const auto& pose = odometry->odometry;
       const auto stamp = to_stamp(odometry->timestamp);
       if (stamp) samples.push_back({*stamp, SE3::planar(pose.x(), pose.y(), pose.phi())});
-    } else if (std::dynamic_pointer_cast<obs::CObservation>(object)) {
+    } else if (const auto single = std::dynamic_pointer_cast<obs::CObservation>(object)) {
       usable = true;
+      meet(single);
     }
   }
   if (!any) throw input_error(name_, "", "no MRPT object", "an MRPT rawlog");
@@ -250,11 +275,11 @@ void RawlogRecording::convert(const obs::CObservation::Ptr& observation) {
 }
 
 void RawlogRecording::convert_scan(const obs::CObservation2DRangeScan& in, Timestamp stamp) {
-  const std::size_t n = in.getScanSize();
-  if (n < 2 || !(in.aperture > 0)) {
+  if (is_empty(in)) {
     skips_.add("empty scan");
     return;
   }
+  const std::size_t n = in.getScanSize();
   LaserScan scan;
   scan.stamp = stamp;
   // [MRPT]: beams spread over the aperture, first and last on its ends.
@@ -268,12 +293,7 @@ void RawlogRecording::convert_scan(const obs::CObservation2DRangeScan& in, Times
     const float r = in.getScanRange(i);
     scan.ranges[i] = in.getScanRangeValidity(i) && r < in.maxRange ? r : HUGE_VALF;
   }
-  scan.lidar.T_body_lidar = to_se3(in.sensorPose);
-  if (in.stdError > 0 && in.stdError < 0.5f) {
-    scan.lidar.noise.range_sigma = static_cast<double>(in.stdError);
-  }
-  if (given_ && given_->lidar) scan.lidar = *given_->lidar;
-  if (!calibration_.lidar) calibration_.lidar = scan.lidar;
+  scan.lidar = given_ && given_->lidar ? *given_->lidar : to_lidar(in);
   push_frame(std::move(scan));
 }
 

@@ -35,6 +35,11 @@ bool is_world(const std::string& frame) {
          (frame.size() > 5 && frame.substr(frame.size() - 5) == "/odom");
 }
 
+bool is_empty(const bag::Message& scan) {
+  return scan.ranges.size() < 2 || !std::isfinite(scan.angle_min) ||
+         !std::isfinite(scan.angle_increment) || scan.angle_increment == 0;
+}
+
 class BagRecording final : public Recording {
  public:
   BagRecording(const std::filesystem::path& file, const RecordingOptions& options)
@@ -42,6 +47,7 @@ class BagRecording final : public Recording {
     if (options.calibration) calibration_ = read_calibration(*options.calibration);
     choose_topics();
     read_small_messages();
+    place_scanner();
     std::vector<std::string> frames;
     for (const char* role : {"scan", "depth", "imu"}) {
       if (chosen_.count(role) > 0) frames.push_back(chosen_[role]);
@@ -94,6 +100,8 @@ class BagRecording final : public Recording {
   void choose(const char* role, std::vector<bag::Topic> candidates);
   bool holds_depth(const std::string& topic);
   void read_small_messages();
+  void place_scanner();
+  void place_scanner(const std::string& frame);
   void choose_body_frame();
   void convert(bag::Message& message);
   void convert_scan(bag::Message& message, Timestamp stamp);
@@ -230,6 +238,24 @@ void BagRecording::choose_body_frame() {
                                          : "body frame: " + body_frame_);
 }
 
+void BagRecording::place_scanner(const std::string& frame) {
+  if (calibration_.lidar) return;
+  calibration_.lidar = LidarModel();
+  calibration_.lidar->T_body_lidar = T_body(frame).value_or(SE3());
+}
+
+// By its first scan, as soon as the bag is opened: settings depend on it.
+void BagRecording::place_scanner() {
+  if (calibration_.lidar || chosen_.count("scan") == 0) return;
+  source_->select({chosen_["scan"]});
+  bag::Message message;
+  for (auto status = source_->next(message); status != bag::Source::Status::kEnd;
+       status = source_->next(message)) {
+    if (status != bag::Source::Status::kMessage || is_empty(message)) continue;
+    return place_scanner(message.frame);
+  }
+}
+
 std::optional<SE3> BagRecording::T_body(const std::string& frame) {
   if (const auto pose = tree_.lookup(body_frame_, frame_name(frame))) return pose;
   if (unplaced_.insert(frame).second) {
@@ -261,8 +287,7 @@ void BagRecording::convert(bag::Message& message) {
 }
 
 void BagRecording::convert_scan(bag::Message& message, Timestamp stamp) {
-  if (message.ranges.size() < 2 || !std::isfinite(message.angle_min) ||
-      !std::isfinite(message.angle_increment) || message.angle_increment == 0) {
+  if (is_empty(message)) {
     skips_.add("empty scan");
     return;
   }
@@ -280,10 +305,7 @@ void BagRecording::convert_scan(bag::Message& message, Timestamp stamp) {
   if (sweep > 0 && sweep <= kLongestSweep) {
     scan.time_increment = static_cast<double>(message.time_increment);
   }
-  if (!calibration_.lidar) {
-    calibration_.lidar = LidarModel();
-    calibration_.lidar->T_body_lidar = T_body(message.frame).value_or(SE3());
-  }
+  place_scanner(message.frame);
   scan.lidar = *calibration_.lidar;
   push_frame(std::move(scan));
 }

@@ -16,6 +16,7 @@ using namespace program;
 void expect_upright_walls(const Path& log) {
   const Path map = scratch() / "real";
   ASSERT_EQ(run({"map", log, "--output", map, "--quiet"}), 0);
+  EXPECT_NE(text_of(map / "config.yaml").find("preset: wheeled_lidar\n"), std::string::npos);
   const auto planes = nlohmann::json::parse(text_of(map / "planes.json")).at("planes");
   ASSERT_GT(planes.size(), 20u);
   for (const auto& plane : planes) {

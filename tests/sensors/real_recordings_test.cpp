@@ -95,6 +95,10 @@ TEST(RealRecordings, OpenNiFileGivesAllTwelveFrames) {
 TEST(RealRecordings, SenaLoopHas225ScansWithOdometry) {
   OPEN_OR_SKIP(recording,
                "/usr/share/mrpt/datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog");
+  // Known before anything is read: the preset follows it.
+  ASSERT_TRUE(recording->calibration().lidar.has_value());
+  EXPECT_GT((recording->calibration().lidar->T_body_lidar.so3() * Eigen::Vector3d::UnitZ()).z(),
+            0.99);
   const Counts counts = count(*recording);
   EXPECT_EQ(counts.scans, 225);
   EXPECT_EQ(counts.odometry, 225);

@@ -117,6 +117,12 @@ TEST(RoundTrip, BagHasScansOdometryAndMountings) {
   const TemporaryFolder folder;
   test::write_simulated_bag(folder.file("whole.bag"), false);
   const auto recording = open_recording(folder.file("whole.bag"));
+  // Known before anything is read: the preset follows it.
+  ASSERT_TRUE(recording->calibration().lidar.has_value());
+  EXPECT_LT(
+      (recording->calibration().lidar->T_body_lidar.translation() - Eigen::Vector3d(0.2, 0, 0.3))
+          .norm(),
+      1e-9);
   int scans = 0;
   std::optional<Odometry> odometry;
   while (const auto m = recording->next()) {
