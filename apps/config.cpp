@@ -12,8 +12,10 @@ Verb config_verb() {
           "lamina config --defaults > settings.yaml", [](CLI::App& app) {
             auto markdown = std::make_shared<bool>(false);
             auto defaults = std::make_shared<bool>(true);
-            app.add_flag("--defaults", *defaults, "commented YAML of all defaults: the default");
-            app.add_flag("--markdown", *markdown, "the same as a table: docs/parameters.md");
+            auto* yaml = app.add_flag("--defaults", *defaults,
+                                      "commented YAML of all defaults: the default");
+            app.add_flag("--markdown", *markdown, "the same as a table: docs/parameters.md")
+                ->excludes(yaml);
             return [markdown, defaults]() {
               std::cout << (*markdown ? to_markdown(Settings{}) : to_yaml(Settings{}, true));
               return kDone;

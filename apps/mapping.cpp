@@ -300,9 +300,7 @@ Settings settings_of(const MapRequest& request, const Calibration* sensors) {
 int run_map(const MapRequest& request) {
   set_up_log(request.quiet);
   RecordingOptions options;
-  for (const auto& [role, topic] : settings_of(request).topics) {
-    if (!topic.empty()) options.topics[role] = topic;
-  }
+  options.topics = chosen_topics(settings_of(request));
   auto recording = open_recording(request.input, options);
   const Calibration sensors = recording->calibration();
   const Settings settings = settings_of(request, &sensors);

@@ -68,11 +68,30 @@ Converted convert(Recording& recording, const Settings& settings, std::ostream& 
   return counts;
 }
 
+// Of a map's settings: those of the front-ends of depth, and which topics of a bag to read.
+void require_used(const std::string& assignment) {
+  for (const char* used : {"floor.", "scan.", "topics.",
+                           "robot.height_m=", "robot.max_step_m=", "robot.max_slope_deg="}) {
+    if (assignment.rfind(used, 0) == 0) return;
+  }
+  throw Error("--set: found '" + assignment +
+              "', which changes no scan, expected floor.*, scan.*, topics.*, robot.height_m, "
+              "robot.max_step_m or robot.max_slope_deg");
+}
+
 int scan(const std::string& input, const std::filesystem::path& output,
          const std::vector<std::string>& assignments) {
   Settings settings;
-  for (const auto& assignment : assignments) set_assignment(settings, assignment);
-  const auto recording = open_recording(input);
+  for (const auto& assignment : assignments) {
+    set_assignment(settings, assignment);
+    require_used(assignment);
+  }
+  if (const auto wrong = problems(settings); !wrong.empty()) {
+    throw Error("settings: " + wrong.front());
+  }
+  RecordingOptions options;
+  options.topics = chosen_topics(settings);
+  const auto recording = open_recording(input, options);
   std::filesystem::path causes_file = output;
   causes_file.replace_filename(output.stem().string() + "_causes.csv");
   const bool recording_there = std::filesystem::exists(output.parent_path() / "calibration.yaml");

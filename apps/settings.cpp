@@ -43,6 +43,14 @@ void load_node(Settings& settings, const YAML::Node& node, const std::string& pr
 
 }  // namespace
 
+std::map<std::string, std::string> chosen_topics(const Settings& settings) {
+  std::map<std::string, std::string> chosen;
+  for (const auto& [role, topic] : settings.topics) {
+    if (!topic.empty()) chosen[role] = topic;
+  }
+  return chosen;
+}
+
 ScanOptions scan_options(const Settings& settings) {
   ScanOptions options = settings.scan;
   options.robot_height_m = settings.robot.height;

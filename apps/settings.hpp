@@ -49,6 +49,9 @@ struct Settings {
   MapperOptions mapper;
 };
 
+/// Which topics of a ROS bag are named: role ("scan", "depth", "odom") -> topic.
+std::map<std::string, std::string> chosen_topics(const Settings& settings);
+
 /// The settings of the obstacle scans with the robot's own height, step and slope.
 ScanOptions scan_options(const Settings& settings);
 

@@ -85,13 +85,14 @@ Verb simulate_verb() {
   return {"simulate", "writes a simulated recording with its truth",
           "lamina simulate room --output data/room --seed 3", [](CLI::App& app) {
             auto o = std::make_shared<SimulateOptions>();
-            app.add_option("SCENE", o->scene, "name of a built-in scene, or a scene YAML");
-            app.add_option("--output", o->output, "dataset folder to write");
+            auto* scene =
+                app.add_option("SCENE", o->scene, "name of a built-in scene, or a scene YAML");
+            auto* output = app.add_option("--output", o->output, "dataset folder to write");
             app.add_option("--seed", o->seed, "seed of noise and drift")
                 ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
             app.add_option("--set", o->assignments, "key=value, as often as needed")->take_all();
             app.add_option("--duration", o->duration, "s of the path to drive; 0: all");
-            app.add_flag("--list", o->list, "names the scenes");
+            app.add_flag("--list", o->list, "names the scenes")->excludes(scene)->excludes(output);
             app.add_flag("--labels", o->labels, "also write the true plane of each depth pixel");
             app.add_flag("--quiet", o->quiet, "no progress");
             return [o]() { return simulate(*o); };
