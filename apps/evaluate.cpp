@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include <lamina/apps/evaluation.hpp>
+#include <lamina/apps/map_folder.hpp>
 #include <lamina/apps/verbs.hpp>
 #include <lamina/models/error.hpp>
 
@@ -56,6 +57,7 @@ Verb evaluate_verb() {
                            "fail when more than this share of free cells is not free, 0 to 1");
             return [o]() {
               require_limits(o->limits);
+              require_map_folder(o->map);
               const Evaluation evaluation = evaluate(o->map, o->truth);
               std::cout << to_text(evaluation);
               write_evaluation(std::filesystem::path(o->map) / "evaluation.json", evaluation);

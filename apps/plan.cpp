@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iostream>
 
+#include <lamina/apps/map_folder.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/apps/verbs.hpp>
 #include <lamina/grid/planner.hpp>
@@ -41,6 +42,7 @@ PlannerOptions options_of(const std::filesystem::path& map) {
 }
 
 int plan(const std::filesystem::path& map, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
+  if (!std::filesystem::exists(map / "grid" / "grid.yaml")) require_map_folder(map);
   const NavigabilityGrid grid = io::to_grid(io::read_grid(map / "grid"));
   const Plan plan = plan_path(grid, from, to, options_of(map));
   if (plan.status != PlanStatus::kFound) {

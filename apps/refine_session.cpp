@@ -17,6 +17,11 @@ namespace {
 using Path = std::filesystem::path;
 
 Path session_file(const Path& input) {
+  if (!std::filesystem::exists(input)) {
+    throw Error(input.string() +
+                ": found no such file or folder, expected an output folder of `map` with its "
+                "session.lamina");
+  }
   if (!std::filesystem::is_directory(input)) return input;
   const Path file = input / "session.lamina";
   if (std::filesystem::exists(file)) return file;

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include <lamina/apps/evaluation.hpp>
+#include <lamina/apps/map_folder.hpp>
 #include <lamina/apps/verbs.hpp>
 #include <lamina/viewer/report.hpp>
 
@@ -19,6 +20,7 @@ Verb view_verb() {
             app.add_option("--truth", *truth,
                            "as for `evaluate`: evaluation.json is written and errors are shown");
             return [map, truth]() {
+              require_map_folder(*map);
               if (!truth->empty()) {
                 write_evaluation(std::filesystem::path(*map) / "evaluation.json",
                                  evaluate(*map, *truth));

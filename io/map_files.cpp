@@ -129,7 +129,9 @@ std::vector<MapPlane> read_planes_json(const std::filesystem::path& file) {
     const Json root = Json::parse(in);
     for (const auto& json : root.at("planes")) planes.push_back(plane_of(json));
   } catch (const Json::exception& error) {
-    throw Error(file.string() + ": " + error.what() + ", expected planes.json of a map");
+    const std::string why = error.what();  // "[json.exception.NAME.NUMBER] words"
+    throw Error(file.string() + ": found that " + why.substr(why.find("] ") + 2) +
+                ", expected planes.json of a map");
   }
   return planes;
 }

@@ -89,10 +89,35 @@ TEST(Contract, WrongUsageIsOneLineAndExitTwo) {
   expect_usage({"map", data, "--output", out, "--preset", "indoor"}, "expected auto, indoor_rgbd");
   expect_usage({"simulate", "rom", "--output", out}, "expected 'room'?");
   expect_usage({"plan", map, "--from", "0", "--to", "1,1"}, "expected X,Y");
-  expect_usage({"view", "nothing"}, "expected a map's output folder");
+  expect_usage({"view", "nothing"},
+               "nothing: found no such folder, expected a map's output folder");
+  expect_usage({"view", "nothing", "--truth", data}, "nothing: found no such folder");
+  expect_usage({"view", data}, "found a recording (calibration.yaml) and no map of it, expected");
+  expect_usage({"view", Path(map) / "planes.json"}, "planes.json: found a file, expected");
+  expect_usage({"view", scratch()}, "found neither planes.json nor trajectory.txt, expected");
+  expect_usage({"plan", "nothing", "--from", "0,0", "--to", "1,1"}, "found no such folder");
+  expect_usage({"evaluate", "nothing", "--truth", data}, "found no such folder");
   expect_usage({"refine", "nothing", "--output", out}, "session.lamina");
   expect_usage({"evaluate", map, "--truth", "nothing"}, "does not exist");
   EXPECT_FALSE(std::filesystem::exists(out)) << "nothing is written where usage is at fault";
+}
+
+// What a verb would not heed it does not take.
+TEST(Contract, OptionsWithoutEffectAreRefused) {
+  const std::string map = mapped(1), data = room(1), out = scratch() / "none";
+  expect_usage({"refine", map, "--output", out, "--mode", "online"},
+               "--mode: found 'online' for " + map + ", expected offline");
+  expect_usage({"refine", map, "--output", out, "--keyframes", "9"}, "--keyframes: found");
+  expect_usage({"refine", "x.planegraph", "--output", out, "--keyframes", "9"},
+               "--keyframes: found");
+  expect_usage({"scan", data, "--output", out, "--set", "grid.resolution_m=0.1"},
+               "--set: found 'grid.resolution_m=0.1', which changes no scan");
+  expect_usage({"scan", data, "--output", out, "--set", "topics.depth=/none", "--set", "seed=3"},
+               "found 'seed=3'");
+  expect_usage({"simulate", "room", "--list"}, "SCENE excludes --list");
+  expect_usage({"simulate", "--list", "--output", out}, "--output excludes --list");
+  expect_usage({"config", "--markdown", "--defaults"}, "--defaults excludes --markdown");
+  EXPECT_FALSE(std::filesystem::exists(out));
 }
 
 TEST(Contract, WrongConfigurationNamesFileAndLine) {
