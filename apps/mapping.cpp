@@ -367,6 +367,10 @@ int run_map(const MapRequest& request) {
         request.input, output.metrics.counts["steps"], output.skipped_text(),
         all.empty() ? "" : "; " + all.front()));
   }
+  const auto skipped = recording->skipped();
+  for (const auto& [why, place] : recording->first_skipped()) {
+    spdlog::warn("skipped {} x {}, first {}", skipped.at(why), why, place);
+  }
   for (const auto& doubt : all) spdlog::warn(doubt);
   return 0;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lamina/sensors/scan_checks.hpp>
 #include <lamina/sensors/text.hpp>
 
 namespace lamina {
@@ -68,6 +69,10 @@ class ClockChoice {
   std::int64_t back_ipc_ = 0, back_logger_ = 0;
 };
 
+std::string at_line(int number, std::string_view line) {
+  return std::to_string(number) + ": " + shown(line);
+}
+
 void read_lines(std::string_view text, CarmenIndex& index, std::vector<CarmenSource>& all) {
   std::string_view line;
   std::string why;
@@ -79,8 +84,15 @@ void read_lines(std::string_view text, CarmenIndex& index, std::vector<CarmenSou
     } else if (tag.kind == CarmenKind::kOdom) {
       const auto odom = parse_carmen_odom(line, why);
       if (odom) index.odoms.push_back(*odom);
-      if (!odom) index.skips.add(why);
+      if (!odom) index.skips.add(why, 1, at_line(lines.number(), line));
     } else if (const auto scan = parse_carmen_scan(tag, line, why)) {
+      const double step = scan->angle_increment.value_or(0);
+      if (beyond_one_turn(step, scan->ranges.size())) {
+        index.skips.add(kSkipBeyondTurn, 1,
+                        std::to_string(lines.number()) + ": " +
+                            beyond_one_turn_text(step, scan->ranges.size()));
+        continue;
+      }
       const auto same = [&](const CarmenSource& s) {
         return s.tag.kind == tag.kind && s.tag.device == tag.device;
       };
@@ -88,7 +100,7 @@ void read_lines(std::string_view text, CarmenIndex& index, std::vector<CarmenSou
       if (it == all.end()) it = all.insert(it, CarmenSource{tag, {}, {}, 0, 0, 0});
       it->add(*scan, line);
     } else {
-      index.skips.add(why);
+      index.skips.add(why, 1, at_line(lines.number(), line));
     }
   }
 }

@@ -21,9 +21,9 @@ constexpr double kAccuracyLow = 0.002, kAccuracyHigh = 0.2;  // m, believable in
 class CarmenRecording final : public Recording {
  public:
   CarmenRecording(std::string text, const std::string& name, const RecordingOptions& options)
-      : text_(std::move(text)), index_(index_carmen(text_)), skips_(index_.skips) {
+      : name_(name), text_(std::move(text)), index_(index_carmen(text_)), skips_(index_.skips) {
     if (index_.sources.empty() && index_.odoms.empty()) {
-      throw input_error(name, "", "no laser scan and no odometry",
+      throw input_error(name, "", "no laser scan and no odometry" + first_cases(),
                         "CARMEN lines (ODOM, FLASER, ROBOTLASER1, ...)");
     }
     if (index_.use_logger) {
@@ -43,6 +43,12 @@ class CarmenRecording final : public Recording {
   }
   const Calibration& calibration() const override { return calibration_; }
   std::map<std::string, std::int64_t> skipped() const override { return skips_.counts(); }
+  std::map<std::string, std::string> first_skipped() const override {
+    std::map<std::string, std::string> firsts;
+    const std::string file = std::filesystem::path(name_).filename().string();
+    for (const auto& [why, place] : skips_.firsts()) firsts[why] = file + ":" + place;
+    return firsts;
+  }
   std::vector<std::string> remarks() const override { return remarks_; }
   std::optional<std::int64_t> size_hint() const override {
     return static_cast<std::int64_t>(order_.size() *
@@ -50,6 +56,15 @@ class CarmenRecording final : public Recording {
   }
 
  private:
+  // For messages: why lines were left out.
+  std::string first_cases() const {
+    std::string text;
+    for (const auto& [why, count] : skips_.counts()) {
+      text += (text.empty() ? " (" : ", ") + std::to_string(count) + " x " + why;
+      if (!skips_.first(why).empty()) text += ", first line " + skips_.first(why);
+    }
+    return text.empty() ? text : text + ")";
+  }
   void choose_odometry();
   void set_up_lidars(const RecordingOptions& options);
   SE3 mounting(const CarmenSource& source);
@@ -57,7 +72,7 @@ class CarmenRecording final : public Recording {
   void read_entry(std::pair<int, std::size_t> which);
   double range_limit(const CarmenSource& source, const CarmenScan& scan) const;
 
-  std::string text_;
+  std::string name_, text_;
   CarmenIndex index_;
   OdometryTrack track_;
   std::vector<LidarModel> lidars_;                  // one a source

@@ -29,6 +29,7 @@ struct ScanPlace {
   Timestamp stamp;
   std::streamoff begin;
   std::size_t size;
+  int number;  // of the line
 };
 
 class DatasetRecording final : public Recording {
@@ -74,6 +75,7 @@ class DatasetRecording final : public Recording {
   }
   const Calibration& calibration() const override { return calibration_; }
   std::map<std::string, std::int64_t> skipped() const override { return skips_.counts(); }
+  std::map<std::string, std::string> first_skipped() const override { return skips_.firsts(); }
   std::vector<std::string> remarks() const override { return remarks_; }
   std::optional<std::int64_t> size_hint() const override {
     return static_cast<std::int64_t>(items_.size());
@@ -134,7 +136,7 @@ void DatasetRecording::read_scans() {
   if (!has("scans.csv")) return;
   const std::string all = text("scans.csv");
   for (const ScanLine& scan : index_scans(all, skips_)) {
-    scans_.push_back({scan.stamp, scan.line.data() - all.data(), scan.line.size()});
+    scans_.push_back({scan.stamp, scan.line.data() - all.data(), scan.line.size(), scan.number});
   }
   scans_file_.open(folder_ / "scans.csv", std::ios::binary);
   if (!calibration_.lidar) {
@@ -309,17 +311,17 @@ std::optional<Measurement> DatasetRecording::read_stereo(std::size_t index) {
 }
 
 std::optional<Measurement> DatasetRecording::read_scan(const ScanPlace& place) {
-  std::string line(place.size, '\0'), why;
+  std::string line(place.size, '\0'), why, found;
   scans_file_.clear();
   scans_file_.seekg(place.begin);
   if (!scans_file_.read(line.data(), static_cast<std::streamsize>(line.size()))) {
     throw input_error((folder_ / "scans.csv").string(), "byte " + std::to_string(place.begin),
                       "nothing that could be read", "the scan that stood there");
   }
-  auto scan = parse_scan_line(line, why);
+  auto scan = parse_scan_line(line, why, &found);
   if (!scan) {
     skips_.set_source("scans.csv:");
-    skips_.add(why, 1, " " + shown(line));
+    skips_.add(why, 1, std::to_string(place.number) + ": " + (found.empty() ? shown(line) : found));
     return std::nullopt;
   }
   scan->lidar = *calibration_.lidar;

@@ -21,6 +21,7 @@
 #include <lamina/sensors/recording_sources.hpp>
 #include <lamina/sensors/rectify.hpp>
 #include <lamina/sensors/reorder_buffer.hpp>
+#include <lamina/sensors/scan_checks.hpp>
 #include <lamina/sensors/skip_counts.hpp>
 
 namespace lamina {
@@ -173,6 +174,7 @@ class RawlogRecording final : public Recording {
   }
   const Calibration& calibration() const override { return calibration_; }
   std::map<std::string, std::int64_t> skipped() const override { return skips_.counts(); }
+  std::map<std::string, std::string> first_skipped() const override { return skips_.firsts(); }
   std::vector<std::string> remarks() const override { return remarks_; }
 
  private:
@@ -284,6 +286,10 @@ void RawlogRecording::convert_scan(const obs::CObservation2DRangeScan& in, Times
   scan.stamp = stamp;
   // [MRPT]: beams spread over the aperture, first and last on its ends.
   const double step = static_cast<double>(in.aperture) / static_cast<double>(n - 1);
+  if (beyond_one_turn(step, n)) {
+    skips_.add(kSkipBeyondTurn, 1, in.sensorLabel + ": " + beyond_one_turn_text(step, n));
+    return;
+  }
   const double half = 0.5 * static_cast<double>(in.aperture);
   scan.angle_min = in.rightToLeft ? -half : half;
   scan.angle_increment = in.rightToLeft ? step : -step;

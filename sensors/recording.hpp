@@ -36,6 +36,8 @@ class Recording {
   virtual const Calibration& calibration() const = 0;
   /// What was left out so far, by reason, e.g. {"missing file", 3}.
   virtual std::map<std::string, std::int64_t> skipped() const = 0;
+  /// Where and what the first case of a reason was ("scans.csv:12: ..."), where a place is known.
+  virtual std::map<std::string, std::string> first_skipped() const { return {}; }
   /// Remarks for people: what was found, assumed or is odd.
   virtual std::vector<std::string> remarks() const { return {}; }
   /// How many measurements there will be, where the source can tell (for progress).

@@ -153,6 +153,7 @@ RecordingInfo inspect(Recording& recording) {
   info.scan = scan.result();
   info.calibration = recording.calibration();
   info.skipped = recording.skipped();
+  info.first_skipped = recording.first_skipped();
   info.remarks = recording.remarks();
   return info;
 }
@@ -178,7 +179,10 @@ std::string to_text(const RecordingInfo& info) {
   }
   print_calibration(text, info.calibration);
   for (const auto& [why, count] : info.skipped) {
-    print(text, "skipped   %lld x %s\n", static_cast<long long>(count), why.c_str());
+    const auto first = info.first_skipped.find(why);
+    text += "skipped   " + std::to_string(count) + " x " + why;
+    if (first != info.first_skipped.end()) text += ", first " + first->second;
+    text += "\n";
   }
   if (info.skipped.empty()) text += "skipped   nothing\n";
   for (const std::string& remark : info.remarks) text += "remark    " + remark + "\n";

@@ -37,6 +37,7 @@ struct RecordingInfo {
   std::optional<Timestamp> first, last;
   Calibration calibration;
   std::map<std::string, std::int64_t> skipped;
+  std::map<std::string, std::string> first_skipped;
   std::vector<std::string> remarks;
 };
 

@@ -9,6 +9,7 @@
 #include <lamina/sensors/rectify.hpp>
 #include <lamina/sensors/reorder_buffer.hpp>
 #include <lamina/sensors/rosbag_source.hpp>
+#include <lamina/sensors/scan_checks.hpp>
 #include <lamina/sensors/skip_counts.hpp>
 #include <lamina/sensors/transform_tree.hpp>
 
@@ -83,6 +84,7 @@ class BagRecording final : public Recording {
   }
   const Calibration& calibration() const override { return calibration_; }
   std::map<std::string, std::int64_t> skipped() const override { return skips_.counts(); }
+  std::map<std::string, std::string> first_skipped() const override { return skips_.firsts(); }
   std::vector<std::string> remarks() const override { return remarks_; }
   std::optional<std::int64_t> size_hint() const override { return expected_; }
 
@@ -291,10 +293,16 @@ void BagRecording::convert_scan(bag::Message& message, Timestamp stamp) {
     skips_.add("empty scan");
     return;
   }
+  const auto step = static_cast<double>(message.angle_increment);
+  if (beyond_one_turn(step, message.ranges.size())) {
+    skips_.add(kSkipBeyondTurn, 1,
+               message.topic + ": " + beyond_one_turn_text(step, message.ranges.size()));
+    return;
+  }
   LaserScan scan;
   scan.stamp = stamp;
   scan.angle_min = static_cast<double>(message.angle_min);
-  scan.angle_increment = static_cast<double>(message.angle_increment);
+  scan.angle_increment = step;
   scan.range_min = std::isfinite(message.range_min) ? static_cast<double>(message.range_min) : 0;
   scan.range_max = std::isfinite(message.range_max) ? static_cast<double>(message.range_max) : 0;
   scan.ranges = std::move(message.ranges);

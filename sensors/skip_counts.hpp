@@ -23,6 +23,8 @@ class SkipCounts {
     const auto found = firsts_.find(why);
     return found == firsts_.end() ? std::string() : found->second;
   }
+  /// The first case of each reason that has a place.
+  const std::map<std::string, std::string>& firsts() const { return firsts_; }
   const std::map<std::string, std::int64_t>& counts() const { return counts_; }
   std::int64_t total() const {
     std::int64_t sum = 0;
@@ -42,6 +44,8 @@ inline constexpr const char* kSkipTimeBack = "time goes back";
 inline constexpr const char* kSkipShortLine = "short line";
 inline constexpr const char* kSkipNotANumber = "not a number";
 inline constexpr const char* kSkipRangeLimits = "range_max not above range_min";
+inline constexpr const char* kSkipBeyondTurn = "scan over more than one turn";
+inline constexpr const char* kSkipCutScan = "cut scan line";
 inline constexpr const char* kSkipBadImage = "damaged image";
 inline constexpr const char* kSkipWrongFormat = "wrong image format";
 inline constexpr const char* kSkipWrongSize = "wrong image size";

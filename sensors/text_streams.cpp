@@ -2,8 +2,11 @@
 #include <lamina/sensors/text_streams.hpp>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <map>
 
+#include <lamina/sensors/scan_checks.hpp>
 #include <lamina/sensors/text.hpp>
 #include <lamina/sensors/time_order.hpp>
 
@@ -12,6 +15,7 @@ namespace {
 constexpr std::size_t kMostBeams = 100000;
 constexpr double kFurthest = 1e7;         // m; positions beyond are damage
 constexpr double kQuaternionSlack = 0.1;  // off unit length: rounding at most
+constexpr double kUnendedSlack = 2e-3;    // of three digits
 
 // Keeps what can stand in increasing time and counts the rest.
 template <typename T>
@@ -65,6 +69,78 @@ std::string_view next_cell(std::string_view& rest) {
   rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 1);
   return next_field(cell);
 }
+
+// What a scan's line holds without reading its numbers.
+struct ScanShape {
+  std::string_view header;  // angles and limits as they are written; empty where some are missing
+  std::size_t ranges = 0;
+};
+
+ScanShape shape_of(std::string_view line) {
+  constexpr std::size_t kHeader = 4;  // cells between stamp and ranges
+  auto commas = static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
+  const std::size_t last = line.find_last_not_of(" \t\r");
+  if (last != std::string_view::npos && line[last] == ',') --commas;  // no range follows
+  if (commas <= kHeader) return {};
+  const std::size_t begin = line.find(',') + 1;
+  std::size_t end = begin;
+  for (std::size_t cell = 0; cell < kHeader; ++cell) end = line.find(',', end) + 1;
+  return {line.substr(begin, end - begin), commas - kHeader};
+}
+
+// How many ranges scans of one header have.
+class UsualLength {
+ public:
+  void add(std::size_t ranges) { ++counts_[ranges]; }
+  // The most frequent; the longer of equals.
+  std::size_t usual() const {
+    std::size_t usual = 0;
+    std::int64_t most = 0;
+    for (const auto& [ranges, count] : counts_) {
+      if (count >= most) usual = ranges;
+      most = std::max(most, count);
+    }
+    return usual;
+  }
+  // Fewer ranges than usual are an accident here, not how the scanner is.
+  bool shorter_is_rare() const {
+    constexpr std::int64_t kEstablished = 3, kOneIn = 10;  // lines of the usual length; share
+    const std::size_t length = usual();
+    std::int64_t all = 0, fewer = 0;
+    for (const auto& [ranges, count] : counts_) {
+      all += count;
+      fewer += ranges < length ? count : 0;
+    }
+    return counts_.at(length) >= kEstablished && fewer <= std::max<std::int64_t>(1, all / kOneIn);
+  }
+
+ private:
+  std::map<std::size_t, std::int64_t> counts_;
+};
+
+// What recorders leave that were killed, and restarted perhaps.
+void leave_out_cut_lines(std::vector<ScanLine>& scans, const char* text_end, SkipCounts& skips) {
+  std::map<std::string_view, UsualLength> lengths;
+  for (const ScanLine& scan : scans) {
+    const ScanShape shape = shape_of(scan.line);
+    if (!shape.header.empty()) lengths[shape.header].add(shape.ranges);
+  }
+  const auto cut = [&](const ScanLine& scan) {
+    const bool unended = scan.line.data() + scan.line.size() == text_end;
+    const ScanShape shape = shape_of(scan.line);
+    const auto found = lengths.find(shape.header);
+    const std::size_t usual = found == lengths.end() ? 0 : found->second.usual();
+    if (found == lengths.end() ? !unended : shape.ranges >= usual) return false;
+    if (!unended && !found->second.shorter_is_rare()) return false;
+    skips.add(kSkipCutScan, 1,
+              std::to_string(scan.number) + ": found " + std::to_string(shape.ranges) +
+                  " ranges, expected " +
+                  (usual > 0 ? std::to_string(usual) + " as in other lines of its angles"
+                             : "a whole line"));
+    return true;
+  };
+  std::erase_if(scans, cut);
+}
 }  // namespace
 
 std::vector<ListEntry> parse_list(std::string_view text, SkipCounts& skips) {
@@ -86,7 +162,8 @@ std::vector<ListEntry> parse_list(std::string_view text, SkipCounts& skips) {
   return in_time_order(std::move(entries), skips);
 }
 
-std::optional<LaserScan> parse_scan_line(std::string_view line, std::string& why) {
+std::optional<LaserScan> parse_scan_line(std::string_view line, std::string& why,
+                                         std::string* found) {
   LaserScan scan;
   const auto stamp = Timestamp::parse(next_cell(line));
   if (!stamp) {
@@ -128,6 +205,11 @@ std::optional<LaserScan> parse_scan_line(std::string_view line, std::string& why
     why = kSkipShortLine;
     return std::nullopt;
   }
+  if (beyond_one_turn(scan.angle_increment, scan.size())) {
+    why = kSkipBeyondTurn;
+    if (found) *found = beyond_one_turn_text(scan.angle_increment, scan.size());
+    return std::nullopt;
+  }
   return scan;
 }
 
@@ -141,11 +223,12 @@ std::vector<ScanLine> index_scans(std::string_view text, SkipCounts& skips) {
     if (lines.number() == 1 && cell == "timestamp") continue;  // a heading
     const auto stamp = Timestamp::parse(cell);
     if (stamp) {
-      scans.push_back({*stamp, line});
+      scans.push_back({*stamp, line, lines.number()});
     } else {
       skips.add(kSkipNotANumber, 1, at_line(lines.number(), cell));
     }
   }
+  leave_out_cut_lines(scans, text.data() + text.size(), skips);
   return in_time_order(std::move(scans), skips);
 }
 
@@ -158,6 +241,12 @@ std::vector<Odometry> parse_odometry(std::string_view text, SkipCounts& skips) {
     double v[7];
     if (!read_numbers(lines, line, stamp, v, 7, skips)) continue;
     Eigen::Quaterniond rotation(v[6], v[3], v[4], v[5]);
+    // A last line without an end may lack digits.
+    const bool unended = line.data() + line.size() == text.data() + text.size();
+    if (unended && !(std::abs(rotation.norm() - 1) <= kUnendedSlack)) {
+      skips.add(kSkipShortLine, 1, at_line(lines.number(), line));
+      continue;
+    }
     if (!(std::abs(rotation.norm() - 1) <= kQuaternionSlack)) {
       skips.add("quaternion that is no rotation", 1, at_line(lines.number(), line));
       continue;

@@ -25,11 +25,16 @@ std::vector<ListEntry> parse_list(std::string_view text, SkipCounts& skips);
 struct ScanLine {
   Timestamp stamp;
   std::string_view line;
+  int number = 0;  ///< of the line, from 1
 };
-/// Lines that read as scans, in increasing time. Views point into `text`.
+/// Lines that read as scans, in increasing time. Views point into `text`. Left out as cut: a last
+/// line without an end that has fewer ranges than others of its angles and limits, and lines that
+/// have fewer where that is rare (one such line, or one in ten): else a scanner's lengths vary.
 std::vector<ScanLine> index_scans(std::string_view text, SkipCounts& skips);
-/// One line of scans.csv; nullopt and the reason in `why` when it is none.
-std::optional<LaserScan> parse_scan_line(std::string_view line, std::string& why);
+/// One line of scans.csv; nullopt and the reason in `why` when it is none, and in `found` what
+/// stands there, where the line itself does not show it.
+std::optional<LaserScan> parse_scan_line(std::string_view line, std::string& why,
+                                         std::string* found = nullptr);
 
 /// TUM lines `timestamp tx ty tz qx qy qz qw`, in file order.
 std::vector<Odometry> parse_odometry(std::string_view text, SkipCounts& skips);
