@@ -49,6 +49,9 @@ class CarmenRecording final : public Recording {
     for (const auto& [why, place] : skips_.firsts()) firsts[why] = file + ":" + place;
     return firsts;
   }
+  std::map<std::string, std::vector<Timestamp>> recorded_stamps() const override {
+    return {{"odometry", track_.stamps()}};
+  }
   std::vector<std::string> remarks() const override { return remarks_; }
   std::optional<std::int64_t> size_hint() const override {
     return static_cast<std::int64_t>(order_.size() *

@@ -76,6 +76,9 @@ class DatasetRecording final : public Recording {
   const Calibration& calibration() const override { return calibration_; }
   std::map<std::string, std::int64_t> skipped() const override { return skips_.counts(); }
   std::map<std::string, std::string> first_skipped() const override { return skips_.firsts(); }
+  std::map<std::string, std::vector<Timestamp>> recorded_stamps() const override {
+    return {{"odometry", track_.stamps()}, {"rgb", colour_stamps_}};
+  }
   std::vector<std::string> remarks() const override { return remarks_; }
   std::optional<std::int64_t> size_hint() const override {
     return static_cast<std::int64_t>(items_.size());
@@ -114,6 +117,7 @@ class DatasetRecording final : public Recording {
   std::ifstream scans_file_;
   std::vector<ScanPlace> scans_;
   std::vector<ListEntry> depth_;
+  std::vector<Timestamp> colour_stamps_;
   std::vector<std::array<ListEntry, 2>> stereo_;  // left, right
   std::optional<Rectifier> depth_rectifier_, stereo_rectifier_;
   std::vector<Item> items_;
@@ -170,15 +174,15 @@ void DatasetRecording::read_depth_list(const RecordingOptions& options) {
   depth_rectifier_.emplace(calibration_.depth_camera->camera);
   if (!has("rgb.txt")) return;
   SkipCounts colour;  // colour is no measurement: what it lacks is only remarked
-  std::vector<Timestamp> depth_stamps, colour_stamps;
+  std::vector<Timestamp> depth_stamps;
   for (const ListEntry& entry : depth_) depth_stamps.push_back(entry.stamp);
   for (const ListEntry& entry : parse_list(text("rgb.txt"), colour)) {
-    colour_stamps.push_back(entry.stamp);
+    colour_stamps_.push_back(entry.stamp);
   }
   const auto pairs =
-      associate_by_time(depth_stamps, colour_stamps, options.association_tolerance_s);
+      associate_by_time(depth_stamps, colour_stamps_, options.association_tolerance_s);
   const auto paired = std::count_if(pairs.begin(), pairs.end(), [](auto i) { return i >= 0; });
-  remarks_.push_back("rgb.txt: " + std::to_string(colour_stamps.size()) + " images, " +
+  remarks_.push_back("rgb.txt: " + std::to_string(colour_stamps_.size()) + " images, " +
                      std::to_string(paired) + " with a depth image within tolerance");
 }
 

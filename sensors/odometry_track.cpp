@@ -31,6 +31,12 @@ OdometryTrack::OdometryTrack(std::span<const Odometry> samples) {
   interval_ = *middle;
 }
 
+std::vector<Timestamp> OdometryTrack::stamps() const {
+  std::vector<Timestamp> stamps;
+  for (const StampedPose& sample : track_) stamps.push_back(sample.stamp);
+  return stamps;
+}
+
 std::optional<Odometry> OdometryTrack::at(Timestamp stamp) const {
   if (track_.empty()) return std::nullopt;
   if (const auto pose = track_.at(stamp)) {

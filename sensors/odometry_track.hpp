@@ -22,6 +22,8 @@ class OdometryTrack {
 
   bool empty() const { return track_.empty(); }
   const Trajectory& trajectory() const { return track_; }
+  /// Of its samples.
+  std::vector<Timestamp> stamps() const;
   std::size_t dropped() const { return dropped_; }
   /// On the geodesic between the two samples around `stamp`. For kExtrapolated usual intervals
   /// between samples, and no more than kLongestExtrapolation seconds, before the first or after the

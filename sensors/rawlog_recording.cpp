@@ -175,6 +175,9 @@ class RawlogRecording final : public Recording {
   const Calibration& calibration() const override { return calibration_; }
   std::map<std::string, std::int64_t> skipped() const override { return skips_.counts(); }
   std::map<std::string, std::string> first_skipped() const override { return skips_.firsts(); }
+  std::map<std::string, std::vector<Timestamp>> recorded_stamps() const override {
+    return {{"odometry", track_.stamps()}};
+  }
   std::vector<std::string> remarks() const override { return remarks_; }
 
  private:

@@ -38,6 +38,9 @@ class Recording {
   virtual std::map<std::string, std::int64_t> skipped() const = 0;
   /// Where and what the first case of a reason was ("scans.csv:12: ..."), where a place is known.
   virtual std::map<std::string, std::string> first_skipped() const { return {}; }
+  /// When colour images and poses of the odometry ("rgb", "odometry") were recorded, in order:
+  /// next() gives none of the former, and the latter at other sensors' times, too.
+  virtual std::map<std::string, std::vector<Timestamp>> recorded_stamps() const { return {}; }
   /// Remarks for people: what was found, assumed or is odd.
   virtual std::vector<std::string> remarks() const { return {}; }
   /// How many measurements there will be, where the source can tell (for progress).

@@ -61,7 +61,9 @@ StreamInfo summarise(const std::vector<Timestamp>& stamps) {
   std::vector<double> periods;
   for (std::size_t i = 1; i < stamps.size(); ++i) periods.push_back(stamps[i] - stamps[i - 1]);
   if (periods.empty()) return info;
-  info.longest_gap_s = *std::max_element(periods.begin(), periods.end());
+  const auto longest = std::max_element(periods.begin(), periods.end());
+  info.longest_gap_s = *longest;
+  info.gap_begin = stamps[static_cast<std::size_t>(longest - periods.begin())];
   std::vector<double> sorted = periods;
   const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
   std::nth_element(sorted.begin(), middle, sorted.end());
@@ -116,6 +118,21 @@ void print_calibration(std::string& text, const Calibration& calibration) {
         calibration.odometry_given ? "" : " (defaults)");
 }
 
+// Times count from the recording's first stamp on.
+void print_streams(std::string& text, const RecordingInfo& info) {
+  if (info.streams.empty()) return;
+  text +=
+      "stream             count   rate Hz     from s       to s   longest gap s        at s  "
+      "gaps\n";
+  for (const auto& [name, stream] : info.streams) {
+    print(text, "  %-13s %8lld %9.2f %10.3f %10.3f %15.3f %11.3f %5lld\n", name.c_str(),
+          static_cast<long long>(stream.count), stream.rate_hz(), stream.first - *info.first,
+          stream.last - *info.first, stream.longest_gap_s,
+          stream.count > 1 ? stream.gap_begin - *info.first : 0.0,
+          static_cast<long long>(stream.gaps));
+  }
+}
+
 void print_ranges(std::string& text, const char* name, const std::optional<RangeInfo>& info) {
   if (!info) return;
   print(text, "%s %.2f to %.2f m, median %.2f m, %.1f %% without measurement\n", name,
@@ -131,8 +148,6 @@ RecordingInfo inspect(Recording& recording) {
   while (const auto measurement = recording.next()) {
     const Timestamp stamp = stamp_of(*measurement);
     stamps[stream_name(*measurement)].push_back(stamp);
-    if (!info.first) info.first = stamp;
-    info.last = stamp;
     if (const auto* frame = std::get_if<DepthFrame>(&*measurement)) {
       for (const std::uint16_t raw : frame->raw) depth.add(raw / frame->camera.depth_scale);
     } else if (const auto* beams = std::get_if<LaserScan>(&*measurement)) {
@@ -148,7 +163,14 @@ RecordingInfo inspect(Recording& recording) {
       last_pose = pose;
     }
   }
-  for (const auto& [name, list] : stamps) info.streams[name] = summarise(list);
+  for (auto& [name, list] : recording.recorded_stamps()) {
+    if (!list.empty()) stamps[name] = std::move(list);
+  }
+  for (const auto& [name, list] : stamps) {
+    const StreamInfo stream = info.streams[name] = summarise(list);
+    info.first = info.first ? std::min(*info.first, stream.first) : stream.first;
+    info.last = info.last ? std::max(*info.last, stream.last) : stream.last;
+  }
   info.depth = depth.result();
   info.scan = scan.result();
   info.calibration = recording.calibration();
@@ -156,6 +178,24 @@ RecordingInfo inspect(Recording& recording) {
   info.first_skipped = recording.first_skipped();
   info.remarks = recording.remarks();
   return info;
+}
+
+std::vector<std::string> partial_streams(const RecordingInfo& info) {
+  constexpr double kSilence = 1, kPeriods = 5;  // s; of the stream itself
+  std::vector<std::string> all;
+  for (const auto& [name, stream] : info.streams) {
+    const double usual = std::max(kSilence, kPeriods * stream.median_period_s);
+    std::string text;
+    if (const double late = stream.first - *info.first; late > usual) {
+      print(text, "%s begins %.1f s after the recording does", name.c_str(), late);
+    }
+    if (const double early = *info.last - stream.last; early > usual) {
+      print(text, "%s %.1f s before the recording does",
+            text.empty() ? (name + " ends").c_str() : " and ends", early);
+    }
+    if (!text.empty()) all.push_back(text);
+  }
+  return all;
 }
 
 std::string to_text(const RecordingInfo& info) {
@@ -166,11 +206,7 @@ std::string to_text(const RecordingInfo& info) {
   } else {
     text += "span      empty\n";
   }
-  for (const auto& [name, stream] : info.streams) {
-    print(text, "stream    %-13s %7lld at %.2f Hz, %lld gaps, longest %.3f s\n", name.c_str(),
-          static_cast<long long>(stream.count), stream.rate_hz(),
-          static_cast<long long>(stream.gaps), stream.longest_gap_s);
-  }
+  print_streams(text, info);
   print_ranges(text, "depth    ", info.depth);
   print_ranges(text, "scans    ", info.scan);
   if (info.streams.count("odometry") > 0) {
@@ -185,6 +221,7 @@ std::string to_text(const RecordingInfo& info) {
     text += "\n";
   }
   if (info.skipped.empty()) text += "skipped   nothing\n";
+  for (const std::string& remark : partial_streams(info)) text += "remark    " + remark + "\n";
   for (const std::string& remark : info.remarks) text += "remark    " + remark + "\n";
   return text;
 }

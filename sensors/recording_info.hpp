@@ -16,6 +16,7 @@ struct StreamInfo {
   Timestamp first, last;
   double median_period_s = 0;  ///< between consecutive items; 0 below two items
   double longest_gap_s = 0;
+  Timestamp gap_begin;    ///< of the longest
   std::int64_t gaps = 0;  ///< periods above three times the median
   double rate_hz() const { return median_period_s > 0 ? 1 / median_period_s : 0; }
 };
@@ -30,7 +31,8 @@ struct RangeInfo {
 };
 
 struct RecordingInfo {
-  std::map<std::string, StreamInfo> streams;  ///< "depth", "stereo", "scan", "odometry", ...
+  /// "depth", "stereo", "scan", "odometry", "rgb", ...; odometry as it was recorded.
+  std::map<std::string, StreamInfo> streams;
   std::optional<RangeInfo> depth, scan;
   std::int64_t interpolated_odometry = 0;  ///< of the odometry: given at other sensors' times
   double odometry_path_m = 0;
@@ -43,6 +45,10 @@ struct RecordingInfo {
 
 /// Reads the whole recording once. Stereo pairs are counted, not matched.
 RecordingInfo inspect(Recording& recording);
+
+/// Streams that begin later or end earlier than the whole by more than a second and five of their
+/// periods, in words.
+std::vector<std::string> partial_streams(const RecordingInfo& info);
 
 /// Aligned lines for people, ending in a newline.
 std::string to_text(const RecordingInfo& info);

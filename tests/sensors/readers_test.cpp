@@ -210,10 +210,38 @@ TEST(Dataset, InfoCountsWhatIsThere) {
   EXPECT_EQ(info.scan->invalid, 3);
   EXPECT_EQ(info.scan->largest_m, 3);
   const std::string text = to_text(info);
-  EXPECT_NE(text.find("skipped   1 x short line\n"), std::string::npos) << text;
-  EXPECT_NE(text.find("stream    scan                4 at 1.00 Hz, 1 gaps, longest 7.000 s\n"),
+  EXPECT_NE(text.find("skipped   1 x cut scan line, first scans.csv:4: found 1 ranges"),
             std::string::npos)
       << text;
+  EXPECT_NE(
+      text.find("  scan                 4      1.00      0.000      9.000           7.000       "
+                "2.000     1\n"),
+      std::string::npos)
+      << text;
+}
+
+// Wheels whose recorder died early, and colour images that nothing else tells of.
+TEST(Dataset, InfoTellsWhenEachStreamBeginsAndEnds) {
+  const TemporaryFolder folder;
+  folder.write("calibration.yaml", "lidar: {range_sigma: 0.01}\n");
+  std::string scans, wheels;
+  for (int i = 0; i <= 20; ++i) scans.append(std::to_string(100 + i)).append(",0,0.1,0,5,1,2\n");
+  for (const double t : {100.25, 100.5, 100.75, 101.0, 108.0}) {  // stands still in between
+    wheels.append(std::to_string(t)).append(" 0 0 0 0 0 0 1\n");
+  }
+  folder.write("scans.csv", scans);
+  folder.write("odometry.txt", wheels);
+  const auto recording = open_recording(folder.path().string());
+  const RecordingInfo info = inspect(*recording);
+  const StreamInfo& odometry = info.streams.at("odometry");
+  EXPECT_EQ(odometry.count, 5);  // not those interpolated to scans
+  EXPECT_EQ(odometry.rate_hz(), 4);
+  EXPECT_EQ(odometry.last, Timestamp::from_seconds(108));
+  EXPECT_EQ(odometry.longest_gap_s, 7);
+  EXPECT_EQ(odometry.gap_begin, Timestamp::from_seconds(101));
+  EXPECT_EQ(partial_streams(info),
+            (std::vector<std::string>{"odometry ends 12.0 s before the recording does"}));
+  EXPECT_NE(to_text(info).find("remark    odometry ends 12.0 s before"), std::string::npos);
 }
 
 TEST(Rectify, UndoesDistortion) {
