@@ -2,11 +2,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include <lamina/backend/loop_agreement.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/mapper_step.hpp>
+#include <lamina/backend/outline_sharing.hpp>
 #include <lamina/backend/shared_planes.hpp>
 
 namespace lamina {
@@ -157,30 +157,8 @@ void Mapper::remake_outlines() {
   }
 }
 
-// The new plane's outline is what its keyframes saw; of those that saw both planes, the pieces that
-// lie on it.
 void Mapper::share_outlines(PlaneId old, PlaneId made) {
-  const Plane plane_old = graph_.at(old).plane_map(), plane_made = graph_.at(made).plane_map();
-  std::set<KeyframeId> see_old, see_made;
-  for (const auto& f : graph_.plane_moments) {
-    if (f.plane == old) see_old.insert(f.keyframe);
-    if (f.plane == made) see_made.insert(f.keyframe);
-  }
-  auto& pieces = outlines_[old];
-  const auto own = std::stable_partition(pieces.begin(), pieces.end(), [&](const OutlinePiece& p) {
-    const Keyframe* keyframe = graph_.find(p.keyframe);
-    if (!keyframe || see_made.count(p.keyframe) == 0) return true;
-    if (see_old.count(p.keyframe) == 0) return false;
-    double off_old = 0, off_made = 0;
-    for (const auto& x : p.points_body) {
-      off_old += std::abs(plane_old.signed_distance(keyframe->T_map_body * x));
-      off_made += std::abs(plane_made.signed_distance(keyframe->T_map_body * x));
-    }
-    return off_old <= off_made;
-  });
-  auto& taken = outlines_[made];
-  taken.insert(taken.end(), std::make_move_iterator(own), std::make_move_iterator(pieces.end()));
-  pieces.erase(own, pieces.end());
+  share_pieces(graph_, old, made, outlines_[old], outlines_[made]);
 }
 
 // Planes that are two are parted, planes that are one merged, and the graph solved again: what

@@ -4,6 +4,7 @@
 
 #include <lamina/backend/covariance.hpp>
 #include <lamina/backend/mapper.hpp>
+#include <lamina/backend/outline_sharing.hpp>
 #include <lamina/models/linalg.hpp>
 
 namespace lamina {
@@ -69,6 +70,12 @@ MapPlane Mapper::map_plane(const PlaneLandmark& plane) const {
   result.centroid_map = result.plane_map.project(outline_centroid_map(plane));
   result.outlines_map = outlines_map(plane);
   result.area = plane.outline.area();
+  if (result.outlines_map.empty()) {
+    PlaneLandmark viewed = plane;
+    viewed.outline = outline_of_views(plane, graph_);
+    result.outlines_map = outlines_map(viewed);
+    result.area = viewed.outline.area();
+  }
   result.observations = plane.observations;
   result.first_seen = plane.first_seen;
   result.last_seen = plane.last_seen;
@@ -129,6 +136,8 @@ PlanarMap Mapper::map() const {
   for (const auto& plane : graph_.planes) {
     if (plane.active) map.planes.push_back(map_plane(plane));
   }
+  // Of which nothing is left that saw them: nobody knows where they are.
+  std::erase_if(map.planes, [](const MapPlane& plane) { return plane.outlines_map.empty(); });
   label_planes(map.planes, map.trajectory, options_.labels);
   SurfelOptions options;
   options.cell_m = options_.surfel_cell_m;

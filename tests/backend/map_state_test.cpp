@@ -5,6 +5,7 @@
 
 #include <lamina/backend/map_overlap.hpp>
 #include <lamina/backend/mapper.hpp>
+#include <lamina/backend/outline_sharing.hpp>
 
 namespace lamina {
 namespace {
@@ -161,6 +162,55 @@ TEST(MapState, JoinedMapHasEveryPlaneOnce) {
     const SE3 off =
         joined.graph.keyframes[i].T_map_body.inverse() * joined.graph.keyframes[i + 4].T_map_body;
     EXPECT_LT(off.log().norm(), 0.005) << i;
+  }
+}
+
+// Views of one keyframe that went to a plane of their own while its piece lies on the other.
+TEST(OutlineSharing, NoPlaneIsLeftWithoutAnOutline) {
+  MapState map = survey({flat()[1]}, SE3());
+  Graph& graph = map.graph;
+  const PlaneId old = graph.planes.front().id;
+  const Plane leaning = graph.at(old).plane_map().boxplus({0.1, 0, 0.05});
+  const PlaneId made = graph.add_plane(PlaneLandmark::at(leaning, {0, 1, 1}));
+  const auto views = graph.plane_moments;
+  for (const auto& f : views) {
+    graph.plane_moments.push_back(f);
+    graph.plane_moments.back().plane = made;
+  }
+  std::vector<OutlinePiece> pieces_old = map.outlines.at(old), pieces_made;
+  const std::size_t all = pieces_old.size();
+  share_pieces(graph, old, made, pieces_old, pieces_made);
+  EXPECT_EQ(pieces_old.size(), all);
+  EXPECT_EQ(pieces_made.size(), all);
+  // Those of keyframes that see the new plane alone are its own.
+  std::erase_if(graph.plane_moments, [&](const PlaneMomentsFactor& f) {
+    return f.plane == old && f.keyframe > graph.keyframes[1].id;
+  });
+  pieces_made.clear();
+  share_pieces(graph, old, made, pieces_old, pieces_made);
+  EXPECT_EQ(pieces_old.size(), 2u);
+  EXPECT_EQ(pieces_made.size(), 2u);
+}
+
+TEST(MapState, EveryPlaneOfAMapHasAPolygonOfItsEvidence) {
+  MapState map = survey(flat(), SE3());
+  const PlaneId bare = map.graph.planes[1].id, unseen = map.graph.planes[2].id;
+  for (const PlaneId id : {bare, unseen}) {  // no pieces: as after views that had no outline
+    map.outlines.erase(id);
+    map.graph.at(id).outline = OutlineGrid(0.1);
+  }
+  std::erase_if(map.graph.plane_moments,
+                [&](const PlaneMomentsFactor& f) { return f.plane == unseen; });
+  const PlanarMap result = Mapper(MapperOptions(), map).map();
+  EXPECT_EQ(result.planes.size(), flat().size() - 1);
+  for (const MapPlane& plane : result.planes) {
+    EXPECT_NE(plane.id, static_cast<std::int64_t>(unseen));
+    ASSERT_FALSE(plane.outlines_map.empty()) << plane.id;
+    EXPECT_GE(plane.outlines_map.front().size(), 3u) << plane.id;
+    EXPECT_GT(plane.area, 0) << plane.id;
+    for (const auto& x : plane.outlines_map.front()) {
+      EXPECT_LT(std::abs(plane.plane_map.signed_distance(x)), 1e-9);
+    }
   }
 }
 
