@@ -50,9 +50,12 @@ std::string beginning(const std::string& line) {
 
 std::vector<SE3> keyframes_of(const Path& g2o_file) {
   std::vector<SE3> poses;
+  bool planes_begun = false;
   for_each_line(g2o_file, [&](const std::string& line, int number) {
     constexpr std::string_view kVertex = "VERTEX_SE3:QUAT ";
-    if (line.compare(0, kVertex.size(), kVertex) != 0) return;
+    planes_begun = planes_begun || line.rfind("VERTEX_PLANE ", 0) == 0;
+    // Poses after the planes are places of sensors.
+    if (planes_begun || line.compare(0, kVertex.size(), kVertex) != 0) return;
     std::istringstream text(line.substr(kVertex.size()));
     std::int64_t id = 0;
     Eigen::Vector3d t;

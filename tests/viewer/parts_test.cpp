@@ -48,8 +48,9 @@ TEST(Parts, PointsAreThinnedAndGoodToAMillimetre) {
 
 TEST_F(LineData, KeyframesOfG2o) {
   const auto file =
-      put("VERTEX_SE3:QUAT 0 1 2 3 0 0 0 1\nFIX 0\nVERTEX_PLANE 9 0 0 1 0\n"
-          "VERTEX_SE3:QUAT 4 5 6 7 0 0 0.70710678 0.70710678\n");
+      put("VERTEX_SE3:QUAT 0 1 2 3 0 0 0 1\nFIX 0\n"
+          "VERTEX_SE3:QUAT 4 5 6 7 0 0 0.70710678 0.70710678\nVERTEX_PLANE 9 0 0 1 0 1 1 1\n"
+          "VERTEX_SE3:QUAT 10 0 0 0 0 0 0 1\nFIX 10\n");  // the sensor's place
   const auto poses = keyframes_of(file);
   ASSERT_EQ(poses.size(), 2U);
   EXPECT_EQ(poses[1].translation(), Eigen::Vector3d(5, 6, 7));
