@@ -191,9 +191,11 @@ void BagRecording::choose_topics() {
 // Odometry, transforms and camera information come in full before the frames do.
 void BagRecording::read_small_messages() {
   std::vector<std::string> topics;
+  const auto odometry_topic = chosen_.find("odom");
   for (const bag::Topic& topic : source_->topics()) {
     const bool transforms = topic.type == "tf2_msgs/TFMessage" || topic.type == "tf/tfMessage";
-    if (transforms || topic.type == "sensor_msgs/CameraInfo" || topic.name == chosen_["odom"]) {
+    if (transforms || topic.type == "sensor_msgs/CameraInfo" ||
+        (odometry_topic != chosen_.end() && topic.name == odometry_topic->second)) {
       topics.push_back(topic.name);
     }
   }
@@ -217,7 +219,7 @@ void BagRecording::read_small_messages() {
       body_frame_ = child;
     } else if (parent == "odom") {
       from_tf.push_back({stamp, *pose});
-      if (chosen_.count("odom") == 0) body_frame_ = child;
+      if (odometry_topic == chosen_.end()) body_frame_ = child;
     } else if (!is_world(parent) && !is_world(child)) {
       if (m.topic == "/tf_static") tree_.add(parent, child, *pose);
       if (m.topic != "/tf_static") moving.push_back(m);

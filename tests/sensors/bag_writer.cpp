@@ -35,14 +35,15 @@ sensor_msgs::Image depth_image(const DepthMode& mode, int frame, bool floats) {
 }
 }  // namespace
 
-void write_simulated_bag(const std::string& file, bool floats) {
+void write_simulated_bag(const std::string& file, bool floats, bool transforms_only) {
   ros::Time::init();
   const DepthMode mode;
   rosbag::Bag bag(file, rosbag::bagmode::Write);
   tf2_msgs::TFMessage transforms;
   transforms.transforms.resize(1);
   auto& mount = transforms.transforms[0];
-  mount.header.frame_id = "base_link";
+  const std::string body = transforms_only ? "chassis" : "base_link";
+  mount.header.frame_id = body;
   mount.child_frame_id = "laser";
   mount.transform.translation.x = 0.2;
   mount.transform.translation.z = 0.3;
@@ -65,10 +66,20 @@ void write_simulated_bag(const std::string& file, bool floats) {
     nav_msgs::Odometry odometry;
     odometry.header.stamp = stamp;
     odometry.header.frame_id = "odom";
-    odometry.child_frame_id = "base_link";
+    odometry.child_frame_id = body;
     odometry.pose.pose.position.x = 0.1 * i;
     odometry.pose.pose.orientation.w = 1;
-    bag.write("/odom", stamp, odometry);
+    if (transforms_only) {
+      tf2_msgs::TFMessage moved;
+      moved.transforms.resize(1);
+      moved.transforms[0].header = odometry.header;
+      moved.transforms[0].child_frame_id = body;
+      moved.transforms[0].transform.translation.x = odometry.pose.pose.position.x;
+      moved.transforms[0].transform.rotation.w = 1;
+      bag.write("/tf", stamp, moved);
+    } else {
+      bag.write("/odom", stamp, odometry);
+    }
     sensor_msgs::LaserScan scan;
     scan.header.stamp = stamp;
     scan.header.frame_id = "laser";

@@ -113,6 +113,20 @@ TEST(RoundTrip, Bag) {
   expect_simulated(folder.file("floats.bag"), 1);
 }
 
+// The body is what the transforms from odom move, whatever it is called.
+TEST(RoundTrip, BagWhoseOdometryIsTransforms) {
+  const TemporaryFolder folder;
+  test::write_simulated_bag(folder.file("tf.bag"), false, true);
+  const auto recording = open_recording(folder.file("tf.bag"));
+  const std::vector<std::string> remarks = recording->remarks();
+  EXPECT_EQ(std::count(remarks.begin(), remarks.end(), "body frame: chassis"), 1);
+  ASSERT_TRUE(recording->calibration().lidar.has_value());
+  EXPECT_NEAR(recording->calibration().lidar->T_body_lidar.translation().x(), 0.2, 1e-9);
+  int odometry = 0;
+  while (const auto m = recording->next()) odometry += std::holds_alternative<Odometry>(*m);
+  EXPECT_EQ(odometry, DepthMode().frames);
+}
+
 TEST(RoundTrip, BagHasScansOdometryAndMountings) {
   const TemporaryFolder folder;
   test::write_simulated_bag(folder.file("whole.bag"), false);
