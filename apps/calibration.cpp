@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <lamina/apps/mounting_calibration.hpp>
+#include <lamina/apps/slopes.hpp>
 #include <lamina/apps/wheel_calibration.hpp>
 #include <lamina/frontend/segments/ground_lean.hpp>
 #include <lamina/models/error.hpp>
@@ -96,6 +98,22 @@ std::optional<MountingCorrection> find_lean(Recording& recording,
   const auto found = lean.correction();
   if (found) tell({"scanner", "ground", *found}, metrics);
   return found;
+}
+
+bool lift_off_plane(const OpenRecording& open, const DepthDistortion& distortion,
+                    std::vector<Step>& steps, io::Metrics& metrics,
+                    const std::function<bool()>& ended) {
+  const bool scans = std::any_of(steps.begin(), steps.end(),
+                                 [](const Step& step) { return step.scan_motion.has_value(); });
+  if (!scans) return false;
+  const auto timer = metrics.time("slopes");
+  const SlopesByImages found = follow_slopes(open, distortion, steps, ended);
+  if (found.told == 0) return false;
+  spdlog::info(
+      "slopes followed by {} images: tilt up to {:.1f} deg, height from {:.2f} to {:.2f} m",
+      found.told, found.most_tilt / kDegree, found.lowest, found.highest);
+  metrics.counts["slopes_by_images"] = found.told;
+  return true;
 }
 
 void correct_motions_by_images(const OpenRecording& open, const DepthDistortion& distortion,

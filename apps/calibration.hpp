@@ -28,6 +28,11 @@ std::optional<MountingCorrection> find_lean(Recording& recording,
                                             io::Metrics& metrics,
                                             const std::function<bool()>& ended);
 
+/// follow_slopes() where there are scans of level scanners, likewise. True where there are slopes.
+bool lift_off_plane(const OpenRecording& open, const DepthDistortion& distortion,
+                    std::vector<Step>& steps, io::Metrics& metrics,
+                    const std::function<bool()>& ended);
+
 /// refine_motions_by_images() where there are no scans, likewise.
 void correct_motions_by_images(const OpenRecording& open, const DepthDistortion& distortion,
                                std::vector<Step>& steps, bool remounting, io::Metrics& metrics,

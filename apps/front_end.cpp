@@ -11,16 +11,6 @@
 namespace lamina::apps {
 namespace {
 
-constexpr double kSlopeTime = 5;  // s that a change of slope is kept in mind
-
-Increment tilting(Increment increment) {
-  constexpr double kTilt = 0.1;  // rad per square root of a metre: a ramp's whole slope in a length
-  const double tilt = kTilt * kTilt * increment.T_from_to.translation().norm();
-  increment.covariance(3, 3) += tilt;
-  increment.covariance(4, 4) += tilt;
-  return increment;
-}
-
 // Tracks are predicted with the wheels' own uncertainty.
 TrackingOptions tracking_of(const Settings& settings, const Calibration& calibration) {
   TrackingOptions tracking = settings.tracking;
@@ -133,25 +123,11 @@ Matrix6d FrontEnd::held_level(Matrix6d covariance) const {
   return covariance;
 }
 
-// Wheels take the ground for one plane. Where a camera sees it change its slope the body may tilt,
-// and what the camera sees says how far. (Beside a scanner, which takes all for level, it does
-// not.)
-void FrontEnd::look_for_slopes(const FloorResult& floor) {
-  constexpr double kLeast = 0.026, kMost = 0.35, kShare = 0.02;  // rad; of the image's pixels
-  const double all = static_cast<double>(floor.pixel_labels.size());
-  const SE3 off = floor.T_body_camera * floor.mounting.T_body_camera.inverse();
-  bool slopes = floor.status == FloorStatus::kFound && off.so3().log().head<2>().norm() > kLeast;
-  for (const ExtractedPlane& p : floor.planes) {
-    const bool ground = p.kind == PlaneKind::kSubDominant && p.slope > kLeast && p.slope < kMost;
-    slopes = slopes || (ground && static_cast<double>(p.pixels) > kShare * all);
-  }
-  if (slopes) last_slope_ = floor.stamp;
-}
-
 Increment FrontEnd::advance(const SE3& T_start_body, const Matrix6d& covariance, Timestamp stamp) {
   Increment increment{T_start_body_.inverse() * T_start_body, covariance};
-  const bool slopes = last_slope_ && stamp - *last_slope_ < kSlopeTime;
-  if (slopes && !last_scan_) increment = tilting(increment);
+  if (follow_slopes_ && slopes_of_late(stamp) && !last_scan_) increment = tilting(increment);
+  const Matrix6d J = increment.T_from_to.inverse().adjoint();
+  since_image_ = J * since_image_ * J.transpose() + increment.covariance;
   T_start_body_ = T_start_body;
   if (!first_step_) first_step_ = T_start_body;
   last_step_ = stamp;
@@ -201,7 +177,8 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
         scan, last_scan_ ? std::optional<SE3>(motion.T_prev_curr_body) : std::nullopt);
   }
   if (!last_scan_) begin_scans(scan.stamp, step, motion);
-  const SE3 T_start_body = T_start_scan_body_ * motion.T_prev_curr_body;
+  SE3 T_start_body = T_start_scan_body_ * motion.T_prev_curr_body;
+  if (lifted_since_scan_) T_start_body = T_start_body * *lifted_since_scan_;
   const bool carried = level && last_scan_ && lost(motion);
   if (carried) motion.covariance += carried_away();
   // Too few returns to tell, and no wheels that would.
@@ -219,6 +196,8 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
     step.motion_known =
         (guess.has_value() && !step.tracking_lost) || motion.status == ScanMotion::Status::kTracked;
   }
+  point_up(step);
+  lifted_since_scan_.reset();
   T_start_scan_body_ = T_start_body;
   if (last_scan_) {
     scan_interval_ = scan.stamp - *last_scan_;
@@ -281,7 +260,7 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
     const auto timer = metrics.time("floor");
     floor = floor_.process(frame);
     floor.sensor = kind;
-    if (follow_slopes_) look_for_slopes(floor);
+    look_for_slopes(floor);
     step.observations = floor.to_observations();
   }
   {
@@ -293,9 +272,12 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
   } else if (!moved) {
     moved = bridge(frame, step, metrics);
   }
-  place(step, floor, *moved);
+  place(step, floor, off_plane(frame, step, *moved, metrics));
+  point_up(step);
+  step.slopes = slopes_of_late(frame.stamp);
   last_image_ = frame.stamp;
   T_start_image_ = T_start_body_;
+  since_image_.setZero();
   return step;
 }
 

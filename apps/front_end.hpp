@@ -32,6 +32,7 @@ struct Step {
   bool tracking_lost = false;
   bool open_direction = false;            ///< an image told the motion, but not in all directions
   bool by_image = false;                  ///< images alone told the motion
+  bool slopes = false;                    ///< an image; of late the ground changed its slope
   SE3 T_start_body;                       ///< all motions so far, chained: dead reckoning
   std::optional<LaserScan> scan;          ///< straightened, for loop closing and the occupancy grid
   std::optional<ScanMotion> scan_motion;  ///< since the last scan, of level scanners
@@ -74,6 +75,10 @@ class FrontEnd {
   bool odometry_never_moved() const { return wheels_met_ && !wheels_.moved(); }
   /// Wheels on a floor told motions of frames or scans.
   bool met_wheels() const { return wheels_met_ && planar_; }
+  /// Odometry of any kind told motions of frames or scans.
+  bool met_odometry() const { return wheels_met_; }
+  /// Images in which the ground changes its slope.
+  std::int64_t slopes_seen() const { return slopes_seen_; }
   /// Measurements that were left out, by reason.
   std::map<std::string, std::int64_t> skipped() const;
   /// For archives (models/archive.hpp): all that one measurement leaves to the next.
@@ -84,7 +89,8 @@ class FrontEnd {
            levelled_by_image, wheels, learned, met, floor, obstacles, images, segments,
            scan_odometry, max_tilt, sweep, T_start_body, last_step, last_told, last_scan,
            T_start_scan_body, since_scan, scan_step, scan_interval, last_image, T_start_image,
-           image_velocity, skipped, ground_returns, last_slope, follow_slopes] = v;
+           image_velocity, skipped, ground_returns, last_slope, slopes_seen, since_image,
+           lifted_since_scan, ever_lifted, follow_slopes] = v;
     static_cast<void>(follow_slopes);  // of the mode
     static_cast<void>(distortion);     // of the recording, before it is mapped
     static_cast<void>(level_scanner);  // likewise
@@ -95,7 +101,7 @@ class FrontEnd {
     a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, learned, met, images,
       segments, scan_odometry, T_start_body, last_step, last_told, last_scan, T_start_scan_body,
       since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns,
-      last_slope);
+      last_slope, slopes_seen, since_image, lifted_since_scan, ever_lifted);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -130,6 +136,12 @@ class FrontEnd {
   std::optional<Plane> first_floor_map();
   Matrix6d held_level(Matrix6d covariance) const;
   void look_for_slopes(const FloorResult& floor);
+  bool slopes_of_late(Timestamp stamp) const;
+  static Increment tilting(Increment increment);
+  /// What `moved` lacks where the ground changes its slope, by the image.
+  Increment off_plane(const DepthFrame& frame, const Step& step, const Increment& moved,
+                      io::Metrics& metrics);
+  void point_up(Step& step);
   bool meet(Timestamp stamp);
   std::optional<Increment> measured_way(const std::optional<Timestamp>& from, Timestamp to) const;
   std::optional<Increment> less_lawful_errors(const std::optional<Increment>& measured) const;
@@ -165,6 +177,10 @@ class FrontEnd {
   std::map<std::string, std::int64_t> skipped_;
   std::int64_t ground_returns_ = 0;      // taken out of scans
   std::optional<Timestamp> last_slope_;  // when a camera last saw the ground change its slope
+  std::int64_t slopes_seen_ = 0;
+  Matrix6d since_image_ = Matrix6d::Zero();  // covariance of the way from the last image
+  std::optional<SE3> lifted_since_scan_;     // what images added to what lies in the plane
+  bool ever_lifted_ = false;
   bool follow_slopes_ = false;
 };
 

@@ -14,14 +14,17 @@ struct ImageMotionTold {
   bool first = false;           ///< nothing before it to compare with
   bool known = false;           ///< measured in some directions at least
   bool open_direction = false;  ///< but not in all
-  bool lost = false;            ///< not believed
+  bool doubtful = false;        ///< may be the motion of what moved
+  bool lost = false;            ///< not believed as all that tells the motion
 };
 
 /// DepthOdometry over images that follow each other, begun anew where one was not shown to it.
 class ImageTrack {
  public:
-  /// `frame` with the mounting its motion is asked for; `before`: stamp of the image before it.
-  ImageMotionTold add(const DepthFrame& frame, std::optional<Timestamp> before);
+  /// `frame` with the mounting its motion is asked for; `before`: stamp of the image before it;
+  /// `guess`: what else tells the way from there.
+  ImageMotionTold add(const DepthFrame& frame, std::optional<Timestamp> before,
+                      const std::optional<MotionGuess>& guess = {});
 
   /// For archives (models/archive.hpp).
   template <class A>

@@ -10,6 +10,7 @@
 #include <map>
 #include <ostream>
 
+#include <lamina/apps/ground_hits.hpp>
 #include <lamina/backend/refiner.hpp>
 #include <lamina/grid/occupancy_fill.hpp>
 #include <lamina/grid/occupancy_grid.hpp>
@@ -56,10 +57,18 @@ OccupancyOptions with_scanner(OccupancyOptions options, const SE3& T_map_lidar) 
   return options;
 }
 
-std::vector<OccupancyBeam> beams_of(const LaserScan& scan) {
+// A beam that ends on the ground met nothing in the robot's way.
+std::vector<OccupancyBeam> beams_of(const LaserScan& scan, const SE3& T_map_lidar,
+                                    const GroundHits& ground) {
+  constexpr double kNear = 0.05;  // m; and a third of the scanner's height
+  const double near = std::min(kNear, scan.lidar.T_body_lidar.translation().z() / 3);
   std::vector<OccupancyBeam> beams;
   for (std::size_t i = 0; i < scan.size(); ++i) {
-    if (scan.valid(i)) beams.push_back({scan.point(i), scan.lidar.noise.range_sigma, true});
+    if (!scan.valid(i)) continue;
+    const Eigen::Vector2d p = scan.point(i);
+    const bool grounded =
+        !ground.empty() && ground.contains(T_map_lidar * Eigen::Vector3d(p.x(), p.y(), 0), near);
+    beams.push_back({p, scan.lidar.noise.range_sigma, !grounded});
   }
   return beams;
 }
@@ -201,6 +210,7 @@ void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
   constexpr double kScanBand = 0.1;  // m about the scanner's height that its rays speak for
   std::optional<OccupancyGrid> occupancy;
   double low = std::numeric_limits<double>::infinity(), high = -low;
+  const GroundHits ground(map.planes), none({});
   for_each_scan([&](const io::KeptScan& kept) {
     const LaserScan& scan = kept.scan;
     const auto pose = trajectory.at(scan.stamp);
@@ -209,7 +219,7 @@ void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
     if (!occupancy) {
       occupancy.emplace(with_scanner(occupancy_options(settings_), T_map_lidar));
     }
-    occupancy->add(T_map_lidar, beams_of(scan));
+    occupancy->add(T_map_lidar, beams_of(scan, T_map_lidar, kept.from_depth ? none : ground));
     low = std::min(low, T_map_lidar.translation().z());
     high = std::max(high, T_map_lidar.translation().z());
   });

@@ -62,7 +62,7 @@ AddResult map_step(const Step& step, Mapper& mapper, const LoopCloser& closer, L
   if (added.is_keyframe) output.metrics.stages["window"].add(added.window_ms);
   output.window.add(step.observations.stamp, added, mapper.options().window);
   if (step.scan && closer.starts_submap(step.observations.stamp))
-    book.note(step.observations.stamp, added, mapper);
+    book.note(step.observations, added, mapper);
   output.add(step, added);
   return added;
 }
@@ -189,10 +189,13 @@ Mapper map_offline(Run& run) {
   const bool wheels = run.front_end.met_wheels();
   if (settings.calibrate_wheels && wheels)
     correct_wheels(steps, options, settings.calibrate_mountings, output.metrics, ended);
-  if (run.open_again && settings.images_beside_wheels && wheels) {
+  if (run.open_again && settings.images_beside_wheels && run.front_end.met_odometry()) {
     correct_motions_by_images(run.open_again, run.front_end.depth_distortion(), steps,
-                              settings.calibrate_mountings, output.metrics, ended);
+                              settings.calibrate_mountings && wheels, output.metrics, ended);
   }
+  if (run.open_again && settings.follow_slopes && run.front_end.slopes_seen() > 0)
+    options.window_trusts_tilt = !lift_off_plane(run.open_again, run.front_end.depth_distortion(),
+                                                 steps, output.metrics, ended);
   Mapper mapper(options);
   LoopBook book;
   Progress progress(static_cast<std::int64_t>(steps.size()), run.quiet);
@@ -310,7 +313,7 @@ int run_map(const MapRequest& request) {
   output.set_recording(request.input);
   FrontEnd front_end(settings, sensors);
   const bool live = request.input.rfind("openni:", 0) == 0;
-  if (request.online) front_end.follow_slopes();
+  if (request.online && settings.follow_slopes) front_end.follow_slopes();
   if (live && request.resume) {
     throw Error("--resume: found the live device " + request.input + ", expected a recording");
   }

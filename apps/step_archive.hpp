@@ -21,9 +21,10 @@ void fields(A& a, FloorPatch& v) {
 }
 template <class A>
 void fields(A& a, Observations& v) {
-  auto& [stamp, sensor, T_body_sensor, first_floor_map, planes, segments, patches, surfels,
+  auto& [stamp, sensor, T_body_sensor, first_floor_map, up_body, planes, segments, patches, surfels,
          points] = v;
-  a(stamp, sensor, T_body_sensor, first_floor_map, planes, segments, patches, surfels, points);
+  a(stamp, sensor, T_body_sensor, first_floor_map, up_body, planes, segments, patches, surfels,
+    points);
 }
 template <class A>
 void fields(A& a, ObstacleScan& v) {
@@ -35,9 +36,9 @@ namespace apps {
 
 template <class A>
 void fields(A& a, Step& v) {
-  auto& [observations, motion, known, lost, open, by_image, T_start_body, scan, scan_motion,
+  auto& [observations, motion, known, lost, open, by_image, slopes, T_start_body, scan, scan_motion,
          wheels_moved, obstacles, T_level] = v;
-  a(observations, motion, known, lost, open, by_image, T_start_body, scan, scan_motion,
+  a(observations, motion, known, lost, open, by_image, slopes, T_start_body, scan, scan_motion,
     wheels_moved, obstacles, T_level);
 }
 

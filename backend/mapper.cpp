@@ -126,7 +126,9 @@ void Mapper::start_keyframe(Step& step) {
     const Matrix6d S = llt.matrixL().solve(Matrix6d::Identity());
     OdometryFactor factor{before, keyframe_, step.odometry.T_keyframe_body, S};
     graph_.odometry.push_back(factor);
-    factor.sqrt_information *= options_.window_motion_trust;
+    Vector6d trust = Vector6d::Constant(options_.window_motion_trust);
+    if (!options_.window_trusts_tilt) trust.segment<3>(2).setOnes();
+    factor.sqrt_information *= trust.asDiagonal();
     window_.add(factor);
   }
   // From here the body is at its keyframe; the last solution's uncertainties stay with the last

@@ -104,6 +104,8 @@ class Mapper {
   const MapperOptions& options() const { return options_; }
 
  private:
+  // What level scans drew where the ground rises into their plane is ground.
+  void drop_strokes_on_ground(std::vector<MapPlane>& planes) const;
   // The body relative to its keyframe, with covariance in the right tangent.
   struct Relative {
     SE3 T_keyframe_body;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include <lamina/backend/covariance.hpp>
+#include <lamina/backend/ground_strokes.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/outline_sharing.hpp>
 #include <lamina/models/linalg.hpp>
@@ -130,6 +131,22 @@ void Mapper::know_covariances() {
   joint_.clear();
 }
 
+void Mapper::drop_strokes_on_ground(std::vector<MapPlane>& planes) const {
+  std::vector<const PlaneLandmark*> ground;
+  for (const MapPlane& plane : planes) {
+    const auto id = static_cast<PlaneId>(plane.id);
+    const bool label = plane.label == PlaneLabel::kFloor || plane.label == PlaneLabel::kRamp ||
+                       plane.label == PlaneLabel::kStep;
+    if (label && !partial_.count(id)) ground.push_back(&graph_.at(id));
+  }
+  std::erase_if(planes, [&](const MapPlane& plane) {
+    const auto id = static_cast<PlaneId>(plane.id);
+    const auto strokes = outlines_.find(id);
+    return partial_.count(id) && strokes != outlines_.end() &&
+           lies_on_ground(strokes->second, graph_, ground);
+  });
+}
+
 PlanarMap Mapper::map() const {
   PlanarMap map;
   map.trajectory = trajectory();
@@ -139,6 +156,7 @@ PlanarMap Mapper::map() const {
   // Of which nothing is left that saw them: nobody knows where they are.
   std::erase_if(map.planes, [](const MapPlane& plane) { return plane.outlines_map.empty(); });
   label_planes(map.planes, map.trajectory, options_.labels);
+  drop_strokes_on_ground(map.planes);
   SurfelOptions options;
   options.cell_m = options_.surfel_cell_m;
   options.parent_sigma_m = options_.surfel_parent_sigma_m;

@@ -27,6 +27,8 @@ struct MapperOptions {
   /// is refined does not. Above 1 where they come from a path whose loops are closed already:
   /// smoothing then must not bend it apart again before the refiner sees it.
   double window_motion_trust = 1;
+  /// Height, roll and pitch, too: not where loops say nothing of them.
+  bool window_trusts_tilt = true;
 
   // ---- planes
   /// Frames that must have seen a plane before it enters the map: one-off fits are mostly clutter.

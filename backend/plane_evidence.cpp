@@ -25,6 +25,22 @@ void level(double height, PlaneEvidence& e) {
   e.scan_normal_body = Eigen::Vector3d(0, 0, e.scan_normal_body.z() > 0 ? 1 : -1);
 }
 
+// The same of a body that tilts with the ground: upright on `up`, at one height along it.
+void level_about(const Eigen::Vector3d& up, double height, PlaneEvidence& e) {
+  const Eigen::Matrix3d flat = Eigen::Matrix3d::Identity() - up * up.transpose();
+  const auto at_height = [&](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d(flat * p + height * up);
+  };
+  const Eigen::Vector3d line = e.plane_body.normal().cross(e.scan_normal_body);
+  Eigen::Vector3d n = line.cross(up).normalized();
+  if (n.dot(e.plane_body.normal()) < 0) n = -n;
+  const Eigen::Vector3d mean = at_height(e.moments_body.mean());
+  e.moments_body = Moments(e.moments_body.weight(), mean, flat * e.moments_body.scatter() * flat,
+                           e.moments_body.count());
+  e.plane_body = Plane(n, n.dot(mean));
+  e.scan_normal_body = e.scan_normal_body.dot(up) > 0 ? up : Eigen::Vector3d(-up);
+}
+
 }  // namespace
 
 PlaneEvidence make_evidence(const PlaneObservation& observation, const SE3& T_body_sensor) {
@@ -39,7 +55,8 @@ PlaneEvidence make_evidence(const PlaneObservation& observation, const SE3& T_bo
   return e;
 }
 
-PlaneEvidence make_evidence(const SegmentObservation& observation, const SE3& T_body_sensor) {
+PlaneEvidence make_evidence(const SegmentObservation& observation, const SE3& T_body_sensor,
+                            const Eigen::Vector3d& up_body) {
   const ScanSegment& s = observation.segment;
   PlaneEvidence e;
   e.plane_body = T_body_sensor * Plane(s.normal_towards_scanner(), -s.rho);
@@ -52,7 +69,9 @@ PlaneEvidence make_evidence(const SegmentObservation& observation, const SE3& T_
   // Flat on its own line: lines of a leaning scanner join before anybody knows the plane's normal,
   // and what points scatter across each line must not pull it towards the scans' upright.
   if (std::abs(e.scan_normal_body.z()) > kLevelScan) {
-    level(T_body_sensor.translation().z(), e);
+    const bool upright = up_body == Eigen::Vector3d::UnitZ();
+    const Eigen::Vector3d& at = T_body_sensor.translation();
+    upright ? level(at.z(), e) : level_about(up_body, up_body.dot(at), e);
   } else {
     e.moments_body = e.moments_body.discounted(e.plane_body.normal(), NoiseFloor{});
   }
@@ -69,7 +88,8 @@ std::vector<PlaneEvidence> make_evidence(const Observations& observations) {
     const bool finite = std::isfinite(o.segment.rho) && std::isfinite(o.segment.theta);
     PlaneEvidence none;
     none.partial = true;
-    result.push_back(finite ? make_evidence(o, observations.T_body_sensor) : none);
+    result.push_back(finite ? make_evidence(o, observations.T_body_sensor, observations.up_body)
+                            : none);
   }
   return result;
 }

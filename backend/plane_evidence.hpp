@@ -10,7 +10,9 @@ namespace lamina {
 
 PlaneEvidence make_evidence(const PlaneObservation& observation, const SE3& T_body_sensor);
 /// The plane through the segment perpendicular to the scan (the article on planes from a 2D lidar).
-PlaneEvidence make_evidence(const SegmentObservation& observation, const SE3& T_body_sensor);
+/// Of a level scanner: upright on `up_body`, its points at one height.
+PlaneEvidence make_evidence(const SegmentObservation& observation, const SE3& T_body_sensor,
+                            const Eigen::Vector3d& up_body = Eigen::Vector3d::UnitZ());
 /// Planes, then segments.
 std::vector<PlaneEvidence> make_evidence(const Observations& observations);
 

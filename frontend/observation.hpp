@@ -52,6 +52,8 @@ struct Observations {
   /// Where the floor under the first pose lies in the map, as far as that is known: through the
   /// origin of a robot on wheels.
   std::optional<Plane> first_floor_map;
+  /// Where up is, of a body that tilts with the ground: what a level scanner sees is upright on it.
+  Eigen::Vector3d up_body = Eigen::Vector3d::UnitZ();
   std::vector<PlaneObservation> planes;
   std::vector<SegmentObservation> segments;
   std::vector<FloorPatch> floor_patches;

@@ -19,6 +19,8 @@ void build_room(Settings& s, World& world);
 void build_corridor_loop(Settings& s, World& world);
 void build_office(Settings& s, World& world);
 void build_long_corridor(Settings& s, World& world);
+// builtin_slopes.cpp
+void build_ramp(Settings& s, World& world);
 // builtin_flights.cpp
 void build_flyover(Settings& s, World& world);
 void build_roof_ridge(Settings& s, World& world);

@@ -32,6 +32,8 @@ constexpr Entry kScenes[] = {
      build_stairs_down},
     {"corridor_loop", "two laps of a square corridor; depth camera, lidar, drifting wheels",
      build_corridor_loop},
+    {"ramp", "two halls joined by a ramp of 5 degrees; depth camera, lidar, drifting wheels",
+     build_ramp},
     {"office", "many rooms along a hall; depth camera, lidar, drifting wheels", build_office},
     {"flyover", "an aircraft with a downward lidar over gabled buildings, 54 observed planes",
      build_flyover},

@@ -45,6 +45,41 @@ TEST(PlaneEvidence, ALevelScannersLeanIsNoLever) {
   EXPECT_EQ(all.moments_body.scatter()(2, 2), 0);
 }
 
+// A body that drives up a ramp: what its scanner sees is as upright as on level ground, and stands
+// where it stands.
+TEST(PlaneEvidence, OnARampWallsAreUpright) {
+  const SE3 T_map_body(SO3::exp(Eigen::Vector3d(0.03, -0.09, 0)), {4, 1, 0.3});
+  const SE3 T_body_lidar = mounted(0);
+  const SE3 T_lidar_map = (T_map_body * T_body_lidar).inverse();
+  const Plane wall_map({0, -1, 0}, -3);  // y = 3
+  SegmentObservation seen;
+  const Plane wall_lidar = T_lidar_map * wall_map;
+  const Eigen::Vector2d across =
+      wall_lidar.normal().head<2>() / wall_lidar.normal().head<2>().norm();
+  const double rho = wall_lidar.rho() / wall_lidar.normal().head<2>().norm();
+  const Eigen::Vector2d foot = rho * across, along(-across.y(), across.x());
+  for (int i = -10; i <= 10; ++i) {
+    const Eigen::Vector2d p = foot + 0.2 * i * along;
+    seen.segment.moments.add({p.x(), p.y(), 0}, 1e4);
+  }
+  seen.segment.start = foot - 2 * along;
+  seen.segment.end = foot + 2 * along;
+  seen.segment.rho = std::abs(rho);
+  seen.segment.theta = std::atan2(foot.y(), foot.x());
+  const Eigen::Vector3d up_body = T_map_body.so3().inverse() * Eigen::Vector3d::UnitZ();
+  const PlaneEvidence e = make_evidence(seen, T_body_lidar, up_body);
+  const Plane there = T_map_body * e.plane_body;
+  EXPECT_LT((there.normal() - wall_map.normal()).norm(), 1e-9);
+  EXPECT_NEAR(there.rho(), wall_map.rho(), 1e-9);
+  EXPECT_LT(e.moments_body.cost(e.plane_body), 1e-9);
+  EXPECT_LT((e.scan_normal_body - up_body).norm(), 1e-12);
+  for (const Eigen::Vector3d& p : e.outline_body)  // at the heights where it was seen
+    EXPECT_NEAR((T_body_lidar.inverse() * p).z(), 0, 1e-12);
+  // Taken for level it leans by what the body leans across it.
+  const Plane level = T_map_body * make_evidence(seen, T_body_lidar).plane_body;
+  EXPECT_GT(std::abs(level.normal().z()), 0.02);
+}
+
 TEST(PlaneEvidence, UpsideDownStaysUpsideDown) {
   const PlaneEvidence e = make_evidence(wall(3), mounted(178));
   EXPECT_EQ(e.scan_normal_body, Eigen::Vector3d(0, 0, -1));

@@ -1,0 +1,34 @@
+// Tangents of a level motion and a tilted one.
+#include <lamina/apps/slope_motion.hpp>
+
+#include <cmath>
+
+namespace lamina::apps {
+
+Increment open_to_slopes(Increment level, double way) {
+  constexpr double kTilt = 0.1, kRise = 0.1;  // rad per square root of a metre; share of the way
+  level.covariance(2, 2) += std::pow(kRise * way, 2);
+  level.covariance(3, 3) += kTilt * kTilt * way;
+  level.covariance(4, 4) += kTilt * kTilt * way;
+  return level;
+}
+
+Lift Lift::between(const Increment& level, const Increment& told) {
+  Lift lift;
+  const Vector6d off = (level.T_from_to.inverse() * told.T_from_to).log();
+  lift.off.segment<3>(2) = off.segment<3>(2);
+  lift.variances = told.covariance.diagonal().segment<3>(2);
+  return lift;
+}
+
+Increment Lift::applied(Increment level, double share) const {
+  level.T_from_to = level.T_from_to * SE3::exp(share * off);
+  for (const int k : {2, 3, 4}) {
+    level.covariance.row(k).setZero();
+    level.covariance.col(k).setZero();
+    level.covariance(k, k) = share * variances(k - 2);
+  }
+  return level;
+}
+
+}  // namespace lamina::apps

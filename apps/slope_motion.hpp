@@ -1,0 +1,22 @@
+// Height, roll and pitch of a body's motion, where all that scans and wheels tell lies in a plane.
+#pragma once
+
+#include <lamina/apps/wheel_track.hpp>
+
+namespace lamina::apps {
+
+/// The motion with height, roll and pitch as open as ground leaves them over `way` (m) of it.
+Increment open_to_slopes(Increment level, double way);
+
+/// What an image adds to a level motion.
+struct Lift {
+  Vector6d off = Vector6d::Zero();  ///< right tangent: (0, 0, dz, droll, dpitch, 0)
+  Eigen::Vector3d variances = Eigen::Vector3d::Zero();  ///< of the three, m^2 and rad^2
+
+  /// `told` by an image of the same way as `level`.
+  static Lift between(const Increment& level, const Increment& told);
+  /// The motion with this share of the lift; its other uncertainties stay.
+  Increment applied(Increment level, double share = 1) const;
+};
+
+}  // namespace lamina::apps

@@ -1,0 +1,41 @@
+// Points along strokes against planes of the ground.
+#include <lamina/backend/ground_strokes.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lamina {
+namespace {
+
+constexpr double kNear = 0.05;            // m off the ground
+constexpr double kHeightShare = 1.0 / 3;  // of the scanner's height
+constexpr double kShare = 0.5;            // of the points
+constexpr int kPoints = 5;                // a stroke
+
+bool on(const PlaneLandmark& ground, const Eigen::Vector3d& p_map, double near) {
+  if (std::abs(ground.plane_anchor.signed_distance(p_map - ground.anchor_map)) > near) return false;
+  return ground.outline.contains((ground.T_map_outline.inverse() * p_map).head<2>());
+}
+
+}  // namespace
+
+bool lies_on_ground(const std::vector<OutlinePiece>& strokes, const Graph& graph,
+                    const std::vector<const PlaneLandmark*>& ground) {
+  int all = 0, grounded = 0;
+  for (const OutlinePiece& stroke : strokes) {
+    const Keyframe* keyframe = graph.find(stroke.keyframe);
+    if (!keyframe || stroke.points_body.size() != 2) continue;
+    const Eigen::Vector3d &a = stroke.points_body[0], &b = stroke.points_body[1];
+    for (int k = 0; k < kPoints; ++k) {
+      const Eigen::Vector3d p = a + (k + 0.5) / kPoints * (b - a);
+      const double near = std::min(kNear, kHeightShare * p.z());
+      const Eigen::Vector3d p_map = keyframe->T_map_body * p;
+      ++all;
+      grounded += std::any_of(ground.begin(), ground.end(),
+                              [&](const PlaneLandmark* plane) { return on(*plane, p_map, near); });
+    }
+  }
+  return all > 0 && grounded >= kShare * all;
+}
+
+}  // namespace lamina

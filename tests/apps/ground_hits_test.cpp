@@ -1,0 +1,44 @@
+// Beams that end on ramps.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <lamina/apps/ground_hits.hpp>
+
+namespace lamina::apps {
+namespace {
+
+MapPlane patch(PlaneLabel label, const Plane& plane, double x0, double x1) {
+  MapPlane result;
+  result.label = label;
+  result.plane_map = plane;
+  auto& outline = result.outlines_map.emplace_back();
+  for (const auto& [x, y] : {std::pair{x0, -1.0}, {x1, -1.0}, {x1, 1.0}, {x0, 1.0}}) {
+    const double z = (plane.rho() - plane.normal().x() * x) / plane.normal().z();
+    outline.emplace_back(x, y, z);
+  }
+  result.centroid_map = (outline[0] + outline[2]) / 2;
+  return result;
+}
+
+const Plane kFloor({0, 0, 1}, 0);
+// Rises from x = 2 by 1 in 10.
+const Plane kRamp = *Plane::from_normal_rho({-0.1, 0, 1}, -0.2);
+
+TEST(GroundHits, HoldsPointsOnRampsAndTheFloorBefore) {
+  const GroundHits ground({patch(PlaneLabel::kFloor, kFloor, -3, 2),
+                           patch(PlaneLabel::kRamp, kRamp, 2, 6),
+                           patch(PlaneLabel::kWall, Plane({-1, 0, 0}, -6), 6, 6)});
+  EXPECT_FALSE(ground.empty());
+  EXPECT_TRUE(ground.contains({4.5, 0, 0.25}, 0.05));
+  EXPECT_TRUE(ground.contains({0, 0.5, 0.02}, 0.05));
+  EXPECT_FALSE(ground.contains({4.5, 0, 0.35}, 0.05));  // 10 cm over it
+  EXPECT_FALSE(ground.contains({4.5, 2, 0.25}, 0.05));  // beside it
+}
+
+TEST(GroundHits, WithoutARampThereIsNone) {
+  EXPECT_TRUE(GroundHits({patch(PlaneLabel::kFloor, kFloor, -3, 2)}).empty());
+}
+
+}  // namespace
+}  // namespace lamina::apps
