@@ -10,6 +10,7 @@
 #include <lamina/apps/mounting_calibration.hpp>
 #include <lamina/apps/slopes.hpp>
 #include <lamina/apps/wheel_calibration.hpp>
+#include <lamina/frontend/odometry/sweep_finder.hpp>
 #include <lamina/frontend/segments/ground_lean.hpp>
 #include <lamina/models/error.hpp>
 
@@ -98,6 +99,68 @@ std::optional<MountingCorrection> find_lean(Recording& recording,
   const auto found = lean.correction();
   if (found) tell({"scanner", "ground", *found}, metrics);
   return found;
+}
+
+Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options, io::Metrics& metrics,
+                 const std::function<bool()>& ended) {
+  SweepFinder finder;
+  WheelTrack wheels(recording.calibration().odometry);
+  ScanOdometry matching(options);  // where wheels never moved
+  // A scan waits for the next one: its velocity is that between its neighbours.
+  struct Placed {
+    LaserScan scan;
+    SE3 T_start_body;
+  };
+  std::optional<Placed> last, before;
+  try {
+    while (!ended() && finder.wants_more()) {
+      const auto measurement = recording.next_light();
+      if (!measurement) break;
+      if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
+      const auto* scan = std::get_if<LaserScan>(&*measurement);
+      if (!scan || !is_level(scan->lidar.T_body_lidar, options.max_tilt)) continue;
+      if (scan->time_increment > 0) return {true, {}};
+      if (last && !(scan->stamp > last->scan.stamp)) continue;
+      std::optional<SE3> moved;
+      if (wheels.moved()) {
+        if (const auto way = last ? wheels.between(last->scan.stamp, scan->stamp) : std::nullopt)
+          moved = way->T_from_to;
+      } else {
+        const ScanMotion way = matching.process(*scan);
+        if (way.status != ScanMotion::Status::kPredicted) moved = way.T_prev_curr_body;
+      }
+      if (!moved) before.reset();
+      Placed now{*scan, last && moved ? last->T_start_body * *moved : SE3()};
+      if (last && before && moved) {
+        const double dt = now.scan.stamp - before->scan.stamp;
+        const SE3 way = before->T_start_body.inverse() * now.T_start_body;
+        finder.add(last->scan, planar_part(last->T_start_body), way.log() / dt);
+      }
+      before = moved ? std::move(last) : std::nullopt;
+      last = std::move(now);
+      wheels.forget_before(scan->stamp);
+    }
+  } catch (const Error&) {  // the run itself comes to it, and says so
+  }
+  const auto found = ended() ? std::nullopt : finder.found();
+  if (!found) return {};
+  spdlog::info("scanner's sweep by turns: {:+.1f} +- {:.1f} ms from first beam to last",
+               1000 * found->sweep, 1000 * found->sigma);
+  metrics.counts["scanner_sweep_ms"] = 1000 * found->sweep;
+  return {false, found->sweep};
+}
+
+WheelTrack all_wheels(Recording& recording, const std::function<bool()>& ended) {
+  WheelTrack wheels(recording.calibration().odometry);
+  try {
+    while (!ended()) {
+      const auto measurement = recording.next_light();
+      if (!measurement) break;
+      if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
+    }
+  } catch (const Error&) {  // the run itself comes to it, and says so
+  }
+  return wheels;
 }
 
 bool lift_off_plane(const OpenRecording& open, const DepthDistortion& distortion,

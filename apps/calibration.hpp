@@ -28,6 +28,20 @@ std::optional<MountingCorrection> find_lean(Recording& recording,
                                             io::Metrics& metrics,
                                             const std::function<bool()>& ended);
 
+/// What is known of how long a level scanner's beam goes round.
+struct Sweep {
+  bool stated = false;          ///< scans say it themselves
+  std::optional<double> found;  ///< s, by turns (SweepFinder); nullopt: scans fit as they are
+};
+
+/// A first look over the scans of a level scanner, for its sweep. `recording` is used up.
+Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options, io::Metrics& metrics,
+                 const std::function<bool()>& ended);
+
+/// All odometry of a recording: what a scan's beams went through comes after its stamp.
+/// `recording` is used up.
+WheelTrack all_wheels(Recording& recording, const std::function<bool()>& ended);
+
 /// follow_slopes() where there are scans of level scanners, likewise. True where there are slopes.
 bool lift_off_plane(const OpenRecording& open, const DepthDistortion& distortion,
                     std::vector<Step>& steps, io::Metrics& metrics,

@@ -5,11 +5,11 @@
 #include <utility>
 
 #include <lamina/apps/unknown_motion.hpp>
-#include <lamina/frontend/odometry/sweep.hpp>
-#include <lamina/frontend/segments/ground_returns.hpp>
 
 namespace lamina::apps {
 namespace {
+
+constexpr int kRounds = 3;  // of straightening a scan by its own motion
 
 // Tracks are predicted with the wheels' own uncertainty.
 TrackingOptions tracking_of(const Settings& settings, const Calibration& calibration) {
@@ -30,6 +30,7 @@ SE3 levelled_pose(const Plane& floor_body) {
 FrontEnd::FrontEnd(const Settings& settings, const Calibration& calibration)
     : planar_(calibration.odometry.planar),
       wheels_(calibration.odometry),
+      wheels_ahead_(calibration.odometry),
       floor_(settings.floor),
       obstacles_(scan_options(settings)),
       segments_(settings.segments, tracking_of(settings, calibration)),
@@ -140,23 +141,15 @@ bool is_level(const SE3& T_body_lidar, double max_tilt) {
   return std::abs(z_body.z()) >= std::cos(max_tilt);
 }
 
-// The scan as of its stamp: moved by what the wheels say of its sweep, or as over the last one.
-LaserScan FrontEnd::straightened(const LaserScan& scan, bool level) const {
-  const double beams = static_cast<double>(std::max<std::size_t>(scan.size(), 2) - 1);
-  const double beam_time = scan.time_increment > 0 ? scan.time_increment : sweep_ / beams;
-  if (!level || !(beam_time > 0)) return scan;
-  std::optional<Vector6d> velocity = wheels_.velocity(scan.stamp, scan.stamp + beam_time * beams);
-  if (!velocity && scan_interval_ > 0) velocity = scan_step_.log() / scan_interval_;
-  return velocity ? lamina::straightened(scan, beam_time, *velocity) : scan;
-}
-
 std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metrics& metrics) {
   if (!meet(measured.stamp)) return std::nullopt;
   const bool level = is_level(measured.lidar.T_body_lidar, max_tilt_);
-  LaserScan scan = straightened(measured, level);
-  if (level) scan.lidar.T_body_lidar = level_scanner_.apply(scan.lidar.T_body_lidar);
-  if (level && planar_)
-    metrics.counts["ground_returns"] = static_cast<double>(ground_returns_ += remove_ground(scan));
+  const double sweep = level ? sweep_of(measured) : 0;
+  std::optional<Vector6d> velocity = sweep != 0 ? wheels_in(measured, sweep) : std::nullopt;
+  const bool by_itself = sweep != 0 && !velocity && last_scan_.has_value();
+  if (by_itself) velocity = last_velocity();
+  std::int64_t ground = 0;
+  LaserScan scan = prepared(measured, level, sweep, velocity, ground);
   Step step;
   std::optional<MotionGuess> guess;
   const std::optional<Increment> wheels = measured_way(last_scan_, scan.stamp);
@@ -169,8 +162,20 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
   ScanMotion motion;
   {
     const auto timer = metrics.time("odometry");
+    const std::optional<ScanOdometry> before =
+        by_itself ? std::optional(scan_odometry_) : std::nullopt;
     motion = move_by_scan(scan, guess, level);
+    for (int round = 0; before && round < kRounds; ++round) {
+      const auto other = told_otherwise(scan.stamp - *last_scan_, sweep, motion, velocity);
+      if (!other) break;
+      velocity = other;
+      scan = prepared(measured, level, sweep, velocity, ground);
+      scan_odometry_ = *before;
+      motion = move_by_scan(scan, guess, level);
+    }
   }
+  if (level && planar_)
+    metrics.counts["ground_returns"] = static_cast<double>(ground_returns_ += ground);
   {
     const auto timer = metrics.time("segments");
     step.observations = segments_.process(

@@ -63,6 +63,10 @@ class FrontEnd {
   void correct_depth(DepthDistortion distortion) { distortion_ = std::move(distortion); }
   /// How a level scanner's mounting is wrong; before the first scan.
   void correct_level_scanner(const MountingCorrection& correction) { level_scanner_ = correction; }
+  /// s, of scans that do not say; before the first scan.
+  void set_sweep(double sweep) { sweep_ = sweep; }
+  /// Odometry of the whole recording, for the motion within scans alone; before the first scan.
+  void look_ahead(WheelTrack wheels) { wheels_ahead_ = std::move(wheels); }
   /// Lets the body tilt where the ground does: where no image motions come later (offline) to say.
   void follow_slopes() { follow_slopes_ = true; }
   const DepthDistortion& depth_distortion() const { return distortion_; }
@@ -86,8 +90,8 @@ class FrontEnd {
   friend void fields(A& a, FrontEnd& v) {
     // All members by name: one more, and this no longer compiles until it is decided here.
     auto& [distortion, level_scanner, planar, depth_seen, first_step, first_floor_map,
-           levelled_by_image, wheels, learned, met, floor, obstacles, images, segments,
-           scan_odometry, max_tilt, sweep, T_start_body, last_step, last_told, last_scan,
+           levelled_by_image, wheels, wheels_ahead, learned, met, floor, obstacles, images,
+           segments, scan_odometry, max_tilt, sweep, T_start_body, last_step, last_told, last_scan,
            T_start_scan_body, since_scan, scan_step, scan_interval, last_image, T_start_image,
            image_velocity, skipped, ground_returns, last_slope, slopes_seen, since_image,
            lifted_since_scan, ever_lifted, follow_slopes] = v;
@@ -97,7 +101,8 @@ class FrontEnd {
     static_cast<void>(planar);         // of the calibration
     static_cast<void>(max_tilt);       // of the settings, as is the sweep
     static_cast<void>(sweep);
-    static_cast<void>(obstacles);  // keeps buffers alone
+    static_cast<void>(wheels_ahead);  // of the recording, before it is mapped
+    static_cast<void>(obstacles);     // keeps buffers alone
     a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, learned, met, images,
       segments, scan_odometry, T_start_body, last_step, last_told, last_scan, T_start_scan_body,
       since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns,
@@ -110,7 +115,13 @@ class FrontEnd {
   }
 
  private:
-  LaserScan straightened(const LaserScan& scan, bool level) const;
+  double sweep_of(const LaserScan& scan) const;
+  std::optional<Vector6d> wheels_in(const LaserScan& scan, double sweep) const;
+  std::optional<Vector6d> last_velocity() const;
+  std::optional<Vector6d> told_otherwise(double dt, double sweep, const ScanMotion& motion,
+                                         const std::optional<Vector6d>& used) const;
+  LaserScan prepared(const LaserScan& measured, bool level, double sweep,
+                     const std::optional<Vector6d>& velocity, std::int64_t& ground) const;
   std::optional<Step> process_scan(const LaserScan& measured, io::Metrics& metrics);
   std::optional<Step> process_depth(const DepthFrame& frame, SensorKind kind, io::Metrics& metrics);
   void begin_scans(Timestamp stamp, Step& step, ScanMotion& motion);
@@ -154,7 +165,7 @@ class FrontEnd {
   std::optional<SE3> first_step_;         // T_map_body
   std::optional<Plane> first_floor_map_;  // under it, where that is known
   bool levelled_by_image_ = false;
-  WheelTrack wheels_;
+  WheelTrack wheels_, wheels_ahead_;
   WheelLearning learned_;    // of their lawful errors
   bool wheels_met_ = false;  // they said something of a frame's or scan's own time
   FloorFrontend floor_;

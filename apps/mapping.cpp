@@ -341,6 +341,18 @@ int run_map(const MapRequest& request) {
       front_end.correct_depth(calibrate_depth(all, settings.floor, output.metrics, ended));
     });
   }
+  if (offline) {
+    Sweep sweep{settings.sweep != 0, {}};
+    if (settings.sweep == 0 && settings.find_sweep) {
+      look("scanner_sweep", [&](Recording& all) {
+        sweep = find_sweep(all, settings.scan_odometry, output.metrics, ended);
+      });
+    }
+    if (sweep.found) front_end.set_sweep(*sweep.found);
+    if (sweep.found || sweep.stated) {
+      look("scanner_sweep", [&](Recording& all) { front_end.look_ahead(all_wheels(all, ended)); });
+    }
+  }
   if (offline && settings.calibrate_mountings) {
     look("scanner_lean", [&](Recording& all) {
       const auto lean = find_lean(all, settings.scan_odometry, output.metrics, ended);

@@ -18,7 +18,7 @@ std::optional<SettingRange> range_of(const std::string& key) {
       {"robot.radius_m", {0, 100}},
       {"robot.max_step_m", {1e-3, 10}},
       {"robot.max_slope_deg", {0.1, 85}},
-      {"lidar.sweep_s", {0, 10}},
+      {"lidar.sweep_s", {-10, 10}},
       {"floor.sections", {1, 100}},
       {"floor.roi_m", {0.01, 1000}},
       {"floor.time_budget_ms", {0, 1e6}},

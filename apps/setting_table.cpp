@@ -32,7 +32,10 @@ std::vector<Setting> general_rows() {
       LAMINA_ROW(
           "lidar.sweep_s", sweep,
           "s from a scan's first beam to its last where the recording does not say (ROS bags "
-          "do): scans are straightened by the motion in that time; 0: all beams at once"),
+          "do): scans are straightened by the motion in that time; negative: the last beam comes "
+          "first; 0: all beams at once, or found (lidar.find_sweep)"),
+      LAMINA_ROW("lidar.find_sweep", find_sweep,
+                 "offline: turns tell the sweep where neither recording nor setting do"),
       LAMINA_ROW("topics.scan", topics["scan"],
                  "topic of a ROS bag to take as scans; \"\": the one of that type"),
       LAMINA_ROW("topics.depth", topics["depth"], "likewise, depth images"),

@@ -34,6 +34,7 @@ struct Settings {
   /// ROS bags: which topic to read as what; "" chooses by type.
   std::map<std::string, std::string> topics;
   double sweep = 0;  ///< s from a scan's first beam to its last, where the recording does not say
+  bool find_sweep = true;  ///< offline: turns tell it where nothing does
   RobotOptions robot;
   FloorOptions floor;
   ScanOptions scan;  ///< height, step and slope of the robot are taken from `robot`

@@ -116,6 +116,19 @@ ScanTruth LidarSimulator::truth(const SE3& T_map_lidar) const {
   return out;
 }
 
+ScanTruth LidarSimulator::truth(const std::vector<SE3>& T_map_lidar) const {
+  ScanTruth out;
+  const std::size_t beams = directions_.size(), pieces = T_map_lidar.size();
+  for (std::size_t k = 0; k < pieces; ++k) {
+    const ScanTruth all = truth(T_map_lidar[k]);
+    for (std::size_t i = k * beams / pieces; i < (k + 1) * beams / pieces; ++i) {
+      out.ranges.push_back(all.ranges[i]);
+      out.surfaces.push_back(all.surfaces[i]);
+    }
+  }
+  return out;
+}
+
 LaserScan LidarSimulator::measure(const ScanTruth& truth, const SE3& T_map_lidar, Timestamp stamp,
                                   std::uint64_t scan_index) const {
   LaserScan scan;

@@ -43,6 +43,9 @@ class LidarSimulator {
   LidarSimulator(const Caster& caster, const LidarModel& model, const LidarGeometry& geometry,
                  const LidarEffects& effects, std::uint64_t seed);
   ScanTruth truth(const SE3& T_map_lidar) const;
+  /// Of a scanner that moves while its beam goes round: poses at equal times from the first beam to
+  /// the last, each for its share of the beams.
+  ScanTruth truth(const std::vector<SE3>& T_map_lidar) const;
   LaserScan measure(const ScanTruth& truth, const SE3& T_map_lidar, Timestamp stamp,
                     std::uint64_t scan_index) const;
   LaserScan render(const SE3& T_map_lidar, Timestamp stamp, std::uint64_t scan_index) const {

@@ -199,6 +199,7 @@ LidarSensor make_lidar(Settings& s, const RigDefaults& d) {
   out.effects.grazing = s.flag("lidar.grazing", true);
   out.effects.dropout = s.number("lidar.dropout", out.effects.dropout);
   out.rate_hz = s.number("lidar.rate_hz", d.lidar_rate);
+  out.sweep_s = s.number("lidar.sweep_s", 0);
   return out;
 }
 

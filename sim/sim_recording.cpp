@@ -125,6 +125,19 @@ Measurement Simulation::accelerate(Timestamp stamp, std::int64_t index, double t
   return out;
 }
 
+// What is along the beams of a scan, each at its time.
+ScanTruth Simulation::swept(const LidarSensor& sensor, double time) const {
+  const SE3& T_body_lidar = sensor.model.T_body_lidar;
+  if (sensor.sweep_s == 0) return renderers_->lidar->truth(world_.path.at(time) * T_body_lidar);
+  constexpr int kPieces = 64;
+  std::vector<SE3> poses;
+  for (int k = 0; k < kPieces; ++k) {
+    const double at = time + (k + 0.5) / kPieces * sensor.sweep_s;
+    poses.push_back(world_.path.at(at) * T_body_lidar);
+  }
+  return renderers_->lidar->truth(poses);
+}
+
 Measurement Simulation::measure(Stream stream, std::int64_t index, double time) {
   const Timestamp stamp = stamp_at(time);
   const SE3 T_map_body = world_.path.at(time);
@@ -136,7 +149,7 @@ Measurement Simulation::measure(Stream stream, std::int64_t index, double time) 
       return accelerate(stamp, index, time);
     case kLidar: {
       const SE3 T_map_lidar = T_map_body * world_.rig.lidar->model.T_body_lidar;
-      scan_truth_ = renderers_->lidar->truth(T_map_lidar);
+      scan_truth_ = swept(*world_.rig.lidar, time);
       LaserScan scan = renderers_->lidar->measure(scan_truth_, T_map_lidar, stamp, frame);
       count_hits(scan_truth_.surfaces, [&](std::size_t i) { return scan.valid(i); });
       scan.lidar = *believed_.lidar;

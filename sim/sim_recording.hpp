@@ -45,6 +45,7 @@ class Simulation final : public Recording {
   /// `valid(i)`: whether pixel or beam i gave a measurement.
   template <class Valid>
   void count_hits(const std::vector<std::int32_t>& surfaces, const Valid& valid);
+  ScanTruth swept(const LidarSensor& sensor, double time) const;
   Measurement measure(Stream stream, std::int64_t index, double time);
   Measurement accelerate(Timestamp stamp, std::int64_t index, double time) const;
 

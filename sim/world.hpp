@@ -31,6 +31,7 @@ struct LidarSensor {
   LidarGeometry geometry;
   LidarEffects effects;
   double rate_hz = 10;
+  double sweep_s = 0;  ///< from the first beam, at the stamp, to the last; negative: it comes first
 };
 
 struct OdometrySensor {

@@ -1,0 +1,50 @@
+// Scans as of one instant: what the body did while the beam went round taken out.
+#include <cmath>
+
+#include <lamina/apps/front_end.hpp>
+#include <lamina/frontend/odometry/sweep.hpp>
+#include <lamina/frontend/segments/ground_returns.hpp>
+
+namespace lamina::apps {
+
+// s from the first beam to the last.
+double FrontEnd::sweep_of(const LaserScan& scan) const {
+  const double beams = static_cast<double>(std::max<std::size_t>(scan.size(), 2) - 1);
+  return scan.time_increment > 0 ? scan.time_increment * beams : sweep_;
+}
+
+std::optional<Vector6d> FrontEnd::wheels_in(const LaserScan& scan, double sweep) const {
+  const Timestamp other = scan.stamp + sweep;
+  const WheelTrack& wheels = wheels_ahead_.empty() ? wheels_ : wheels_ahead_;
+  return wheels.velocity(std::min(scan.stamp, other), std::max(scan.stamp, other));
+}
+
+std::optional<Vector6d> FrontEnd::last_velocity() const {
+  if (!(scan_interval_ > 0)) return std::nullopt;
+  return Vector6d(scan_step_.log() / scan_interval_);
+}
+
+// The velocity that a scan without wheels tells by its own motion, where the scan was straightened
+// by another. (By the last one's throughout, an error would come back with the other sign, scan
+// after scan.)
+std::optional<Vector6d> FrontEnd::told_otherwise(double dt, double sweep, const ScanMotion& motion,
+                                                 const std::optional<Vector6d>& used) const {
+  constexpr double kMetres = 0.002, kRadians = 0.001;  // over the sweep
+  if (motion.status == ScanMotion::Status::kPredicted || !(dt > 0)) return std::nullopt;
+  const Vector6d velocity = motion.T_prev_curr_body.log() / dt;
+  const Vector6d off = sweep * (velocity - used.value_or(Vector6d::Zero()));
+  if (off.head<3>().norm() < kMetres && off.tail<3>().norm() < kRadians) return std::nullopt;
+  return velocity;
+}
+
+// The scan as the front-ends take it; returns from the ground are left out, and counted.
+LaserScan FrontEnd::prepared(const LaserScan& measured, bool level, double sweep,
+                             const std::optional<Vector6d>& velocity, std::int64_t& ground) const {
+  const double beams = static_cast<double>(std::max<std::size_t>(measured.size(), 2) - 1);
+  LaserScan scan = velocity ? straightened(measured, sweep / beams, *velocity) : measured;
+  if (level) scan.lidar.T_body_lidar = level_scanner_.apply(scan.lidar.T_body_lidar);
+  ground = level && planar_ ? remove_ground(scan) : 0;
+  return scan;
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,58 @@
+// How long a scanner's beam goes round, told by scans of the same place at different rates of turn.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <lamina/frontend/odometry/planar.hpp>
+#include <lamina/frontend/odometry/scan_points.hpp>
+#include <lamina/models/lie/se3.hpp>
+#include <lamina/sensors/laser_scan.hpp>
+
+namespace lamina {
+
+/// A beam that takes `sweep` seconds to go round smears a scan by sweep times the turn rate. Two
+/// scans of one place, one turning and one not (or the other way), fit each other only when both
+/// are straightened by the right sweep. Gathers such pairs and looks for the sweep, of either order
+/// of the beams, with which they all fit best (point to line, truncated at 5 cm). Turning at a
+/// constant rate alone tells nothing.
+class SweepFinder {
+ public:
+  struct Found {
+    double sweep = 0;  ///< s from a scan's first beam to its last; negative: the last comes first
+    double sigma = 0;  ///< s, from groups of pairs left out in turn
+  };
+
+  /// `T_start_body`: planar pose of the body, near enough to lay scans of the last metre onto each
+  /// other; `velocity` at the scan's stamp (right tangent, m/s and rad/s).
+  void add(const LaserScan& scan, const PlanarPose& T_start_body, const Vector6d& velocity);
+  /// False once more scans would change nothing.
+  bool wants_more() const { return pairs_.size() < kMostPairs; }
+  /// nullopt where the scans fit best as they are, hardly fit better otherwise (10 %, four sigmas
+  /// of the gain between groups of pairs), or were too few.
+  std::optional<Found> found() const;
+
+ private:
+  struct Shot {
+    LaserScan scan;
+    PlanarPose T_start_body;
+    Vector6d velocity;
+    double turn_rate() const { return velocity(5); }
+  };
+  struct Pair {
+    Shot still, turning;  ///< by their turn rates' difference
+  };
+  static constexpr std::size_t kMostPairs = 100;
+
+  double cost(const Pair& pair, double sweep) const;
+  std::vector<double> costs(double sweep) const;
+
+  std::vector<Shot> near_;  ///< of the last metre
+  std::vector<Pair> pairs_;
+  std::optional<PlanarPose> last_pair_;
+  std::optional<Timestamp> last_stamp_;
+  double interval_ = 0;  ///< s, the shortest between scans
+};
+
+}  // namespace lamina

@@ -1,0 +1,36 @@
+// A scanner whose beam takes a tenth of a second, of which the recording says nothing.
+#include <lamina/apps/calibration.hpp>
+#include <lamina/sensors/recording.hpp>
+
+#include "faulty_room.hpp"
+
+namespace lamina::apps {
+namespace {
+
+void simulate_slow_scans(const fs::path& data) {
+  sim::DatasetOptions options;
+  options.grid = false;
+  sim::write_dataset(
+      sim::make_scene("room", {{"camera.enabled", "false"}, {"lidar.sweep_s", "0.1"}}), data,
+      options);
+}
+
+TEST(UnknownSweep, IsFoundAndTakenOut) {
+  const Folder folder;
+  simulate_slow_scans(folder.path() / "data");
+  const Outcome outcome = map_and_evaluate(folder, folder.path() / "data");
+  EXPECT_LT(outcome.ate, 0.01);
+}
+
+TEST(UnknownSweep, WheelsAfterTheScanTellItsMotion) {
+  const Folder folder;
+  simulate_slow_scans(folder.path() / "data");
+  const auto data = open_recording((folder.path() / "data").string());
+  const WheelTrack wheels = all_wheels(*data, [] { return false; });
+  const auto middle = Timestamp::from_seconds(kStart + 10);
+  ASSERT_TRUE(wheels.velocity(middle, middle + 0.1));
+  EXPECT_GT(wheels.velocity(middle, middle + 0.1)->norm(), 0.1);
+}
+
+}  // namespace
+}  // namespace lamina::apps
