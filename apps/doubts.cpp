@@ -35,6 +35,11 @@ std::vector<std::string> doubts(const std::string& input, const FrontEnd& front_
         "{:.0f} of {:.0f} images left a direction of their motion open (bare corridors, walls out "
         "of range): along it the path is a guess; wheel odometry or a scanner would tell",
         open, steps));
+  } else if (constexpr double kLong = 0.5; metrics.counts["open_direction_longest_m"] > kLong) {
+    all.push_back(fmt::format(
+        "images left a direction of their motion open over {:.1f} m of way in a row (a bare wall, "
+        "nothing else in range): along it the path is a guess there, off by part of that way",
+        metrics.counts["open_direction_longest_m"]));
   }
   return all;
 }

@@ -64,9 +64,11 @@ class MapOutput {
   RimVotes rims_;
   void write_scans(const Trajectory& trajectory) const;
   Trajectory before_;
+  void note_open_way(const Step& step);
   void note_tracking(Timestamp stamp, bool lost);
   std::optional<Timestamp> tracked_;  // the last step whose motion was known
   bool lost_ = false;                 // at the last step
+  double open_way_ = 0;               // m of it up to the last step that images left open
   std::string summary_;
 };
 

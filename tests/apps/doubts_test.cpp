@@ -1,0 +1,33 @@
+// What a run says of itself at its end.
+#include <gtest/gtest.h>
+
+#include <lamina/apps/doubts.hpp>
+
+namespace lamina::apps {
+namespace {
+
+std::vector<std::string> doubts_of(double open_images, double open_way) {
+  const FrontEnd front_end({}, {});
+  io::Metrics metrics;
+  metrics.counts = {{"steps", 1000},
+                    {"steps_with_open_direction", open_images},
+                    {"open_direction_longest_m", open_way}};
+  return doubts("recording", front_end, metrics);
+}
+
+TEST(Doubts, ALongWayAlongABareWallIsTold) {
+  const auto told = doubts_of(150, 1.3);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("open over 1.3 m of way in a row"), std::string::npos) << told[0];
+}
+
+TEST(Doubts, ShortGlancesAreNot) { EXPECT_TRUE(doubts_of(150, 0.3).empty()); }
+
+TEST(Doubts, MostImagesOpenIsToldOnce) {
+  const auto told = doubts_of(800, 5);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("800 of 1000 images"), std::string::npos) << told[0];
+}
+
+}  // namespace
+}  // namespace lamina::apps
