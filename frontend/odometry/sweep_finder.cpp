@@ -11,11 +11,11 @@
 namespace lamina {
 namespace {
 
-constexpr double kApart = 0.5, kTurned = 0.6; // m, rad: scans further apart see other things
-constexpr double kRates = 0.25;              // rad/s that two scans' turn rates differ by
-constexpr double kNext = 0.1;                // rad or m between pairs
-constexpr double kFit = 0.05;                // m; further off is no fit, however far
-constexpr double kLongest = 0.2;             // s: slower scanners are not built
+constexpr double kApart = 0.5, kTurned = 0.6;  // m, rad: scans further apart see other things
+constexpr double kRates = 0.25;                // rad/s that two scans' turn rates differ by
+constexpr double kNext = 0.1;                  // rad or m between pairs
+constexpr double kFit = 0.05;                  // m; further off is no fit, however far
+constexpr double kLongest = 0.2;               // s: slower scanners are not built
 constexpr std::size_t kLeastPairs = 20, kGroups = 10, kShots = 60;
 constexpr double kGain = 0.1, kSigmas = 4;
 
