@@ -14,7 +14,7 @@ GroundHits::GroundHits(const std::vector<MapPlane>& planes) {
     if (plane.label != PlaneLabel::kRamp && plane.label != PlaneLabel::kFloor &&
         plane.label != PlaneLabel::kStep)
       continue;
-    Area area{plane_frame(plane.plane_map, plane.centroid_map).inverse(), {}};
+    Area area{plane.plane_map, plane_frame(plane.plane_map, plane.centroid_map).inverse(), {}};
     for (const auto& outline : plane.outlines_map) {
       std::vector<Eigen::Vector2d> flat;
       for (const Eigen::Vector3d& p : outline) flat.push_back((area.T_plane_map * p).head<2>());
@@ -25,13 +25,30 @@ GroundHits::GroundHits(const std::vector<MapPlane>& planes) {
   }
 }
 
-bool GroundHits::contains(const Eigen::Vector3d& p_map, double near) const {
+bool GroundHits::Area::holds(const Eigen::Vector3d& p_plane) const {
+  return std::any_of(outlines.begin(), outlines.end(),
+                     [&](const Polygon& outline) { return outline.contains(p_plane.head<2>()); });
+}
+
+bool GroundHits::ends_on(const Eigen::Vector3d& from_map, const Eigen::Vector3d& end_map,
+                         double near) const {
   return std::any_of(areas_.begin(), areas_.end(), [&](const Area& area) {
-    const Eigen::Vector3d p = area.T_plane_map * p_map;
-    return std::abs(p.z()) < near &&
-           std::any_of(area.outlines.begin(), area.outlines.end(),
-                       [&](const Polygon& outline) { return outline.contains(p.head<2>()); });
+    const Eigen::Vector3d p = area.T_plane_map * end_map;
+    return std::abs(p.z()) < near && std::abs(area.plane_map.signed_distance(from_map)) > near &&
+           area.holds(p);
   });
+}
+
+std::optional<double> GroundHits::under(const Eigen::Vector3d& p_map) const {
+  constexpr double kBelow = 0.1;  // m: what noise and the edges of ramps put under the ground
+  std::optional<double> highest;
+  for (const Area& area : areas_) {
+    const Eigen::Vector3d& n = area.plane_map.normal();
+    const double z = (area.plane_map.rho() - n.head<2>().dot(p_map.head<2>())) / n.z();
+    if (!(z < p_map.z() + kBelow) || (highest && z <= *highest)) continue;
+    if (area.holds(area.T_plane_map * Eigen::Vector3d(p_map.x(), p_map.y(), z))) highest = z;
+  }
+  return highest;
 }
 
 }  // namespace lamina::apps

@@ -2,6 +2,7 @@
 // one.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <lamina/models/planar_map.hpp>
@@ -15,12 +16,18 @@ class GroundHits {
   /// A map without ramps has no ground for this.
   explicit GroundHits(const std::vector<MapPlane>& planes);
   bool empty() const { return areas_.empty(); }
-  /// Whether a point (map frame, m) is on a piece of ground, to `near` (m).
-  bool contains(const Eigen::Vector3d& p_map, double near) const;
+  /// Whether a beam (map frame, m) ends on a piece of ground, to `near` (m), that it does not run
+  /// along.
+  bool ends_on(const Eigen::Vector3d& from_map, const Eigen::Vector3d& end_map, double near) const;
+  /// Map z (m) of the ground under a point, or that the point is a little below; nullopt where none
+  /// was seen.
+  std::optional<double> under(const Eigen::Vector3d& p_map) const;
 
  private:
   struct Area {
+    Plane plane_map;
     SE3 T_plane_map;  // z: off the ground
+    bool holds(const Eigen::Vector3d& p_plane) const;
     std::vector<Polygon> outlines;
   };
   std::vector<Area> areas_;

@@ -48,10 +48,10 @@ OccupancyOptions occupancy_options(const Settings& settings) {
 
 // A level scanner above the robot's own height still tells walls: its band is widened to hold it.
 // One that hangs or leans crosses the robot's heights by itself, and may be far above them.
-OccupancyOptions with_scanner(OccupancyOptions options, const SE3& T_map_lidar) {
+OccupancyOptions with_scanner(OccupancyOptions options, const SE3& T_map_lidar, double under) {
   constexpr double kLevel = 0.94;  // cosine: within 20 degrees
   if (std::abs((T_map_lidar.so3() * Eigen::Vector3d::UnitZ()).z()) < kLevel) return options;
-  const double z = T_map_lidar.translation().z();
+  const double z = T_map_lidar.translation().z() - under;
   options.max_height = std::max(options.max_height, z + 0.1);
   options.min_height = std::min(options.min_height, z - 0.1);
   return options;
@@ -67,7 +67,8 @@ std::vector<OccupancyBeam> beams_of(const LaserScan& scan, const SE3& T_map_lida
     if (!scan.valid(i)) continue;
     const Eigen::Vector2d p = scan.point(i);
     const bool grounded =
-        !ground.empty() && ground.contains(T_map_lidar * Eigen::Vector3d(p.x(), p.y(), 0), near);
+        !ground.empty() && ground.ends_on(T_map_lidar.translation(),
+                                          T_map_lidar * Eigen::Vector3d(p.x(), p.y(), 0), near);
     beams.push_back({p, scan.lidar.noise.range_sigma, !grounded});
   }
   return beams;
@@ -219,22 +220,30 @@ void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
   constexpr double kScanBand = 0.1;  // m about the scanner's height that its rays speak for
   std::optional<OccupancyGrid> occupancy;
   double low = std::numeric_limits<double>::infinity(), high = -low;
+  double under = 0;  // the body: map z of its ground, where ramps lead to others
   const GroundHits ground(map.planes), none({});
   for_each_scan([&](const io::KeptScan& kept) {
     const LaserScan& scan = kept.scan;
     const auto pose = trajectory.at(scan.stamp);
     if (!pose) return;
     const SE3 T_map_lidar = *pose * scan.lidar.T_body_lidar;
+    if (!ground.empty()) under = ground.under(pose->translation()).value_or(under);
     if (!occupancy) {
-      occupancy.emplace(with_scanner(occupancy_options(settings_), T_map_lidar));
+      occupancy.emplace(with_scanner(occupancy_options(settings_), T_map_lidar, under));
     }
-    occupancy->add(T_map_lidar, beams_of(scan, T_map_lidar, kept.from_depth ? none : ground));
-    low = std::min(low, T_map_lidar.translation().z());
-    high = std::max(high, T_map_lidar.translation().z());
+    occupancy->add(T_map_lidar, beams_of(scan, T_map_lidar, kept.from_depth ? none : ground),
+                   under);
+    low = std::min(low, T_map_lidar.translation().z() - under);
+    high = std::max(high, T_map_lidar.translation().z() - under);
   });
+  GroundBelow below;
+  if (!ground.empty()) {
+    constexpr double kNobodyKnows = std::numeric_limits<double>::quiet_NaN();
+    below = [&](const Eigen::Vector3d& p) { return ground.under(p).value_or(kNobodyKnows); };
+  }
   if (occupancy) {
     map.loose_points =
-        without_passed(map.loose_points, *occupancy, low - kScanBand, high + kScanBand);
+        without_passed(map.loose_points, *occupancy, low - kScanBand, high + kScanBand, {}, below);
   }
   Rasterizer rasterizer(raster_options(settings_));
   rasterizer.update(map);

@@ -12,8 +12,13 @@ constexpr double kHeightShare = 1.0 / 3;  // of the scanner's height
 constexpr double kShare = 0.5;            // of the points
 constexpr int kPoints = 5;                // a stroke
 
-bool on(const PlaneLandmark& ground, const Eigen::Vector3d& p_map, double near) {
-  if (std::abs(ground.plane_anchor.signed_distance(p_map - ground.anchor_map)) > near) return false;
+// A beam that meets the ground does not run along it.
+bool on(const PlaneLandmark& ground, const Eigen::Vector3d& scanner_map,
+        const Eigen::Vector3d& p_map, double near) {
+  const auto off = [&ground](const Eigen::Vector3d& p) {
+    return ground.plane_anchor.signed_distance(p - ground.anchor_map);
+  };
+  if (std::abs(off(p_map)) > near || std::abs(off(scanner_map)) < near) return false;
   return ground.outline.contains((ground.T_map_outline.inverse() * p_map).head<2>());
 }
 
@@ -30,9 +35,11 @@ bool lies_on_ground(const std::vector<OutlinePiece>& strokes, const Graph& graph
       const Eigen::Vector3d p = a + (k + 0.5) / kPoints * (b - a);
       const double near = std::min(kNear, kHeightShare * p.z());
       const Eigen::Vector3d p_map = keyframe->T_map_body * p;
+      const Eigen::Vector3d from = keyframe->T_map_body * Eigen::Vector3d(0, 0, p.z());
       ++all;
-      grounded += std::any_of(ground.begin(), ground.end(),
-                              [&](const PlaneLandmark* plane) { return on(*plane, p_map, near); });
+      grounded += std::any_of(ground.begin(), ground.end(), [&](const PlaneLandmark* plane) {
+        return on(*plane, from, p_map, near);
+      });
     }
   }
   return all > 0 && grounded >= kShare * all;

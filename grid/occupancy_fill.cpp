@@ -24,11 +24,13 @@ void fill_from_occupancy(NavigabilityGrid& grid, const OccupancyGrid& occupancy,
 
 std::vector<Eigen::Vector3d> without_passed(const std::vector<Eigen::Vector3d>& points_map,
                                             const OccupancyGrid& occupancy, double low, double high,
-                                            const OccupancyFill& options) {
+                                            const OccupancyFill& options,
+                                            const GroundBelow& ground) {
   std::vector<Eigen::Vector3d> kept;
   const double r = occupancy.cells().resolution();
   for (const Eigen::Vector3d& p : points_map) {
-    if (p.z() >= low && p.z() <= high && p.allFinite()) {
+    const double height = ground ? p.z() - ground(p) : p.z();
+    if (height >= low && height <= high && p.allFinite()) {
       const CellIndex c = cell_of(p.head<2>(), r);
       const OccupancyCell* seen = occupancy.cells().find(c);
       const bool passed = seen != nullptr && seen->seen() &&

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <vector>
 
 #include <lamina/grid/navigability_grid.hpp>
@@ -24,11 +25,16 @@ struct OccupancyFill {
 void fill_from_occupancy(NavigabilityGrid& grid, const OccupancyGrid& occupancy,
                          const OccupancyFill& options = {});
 
-/// Loose points without those at the scanner's height (map z from `low` to `high`, m) in cells that
-/// the scanner saw free: more rays went through than ended there. A beam that grazes the jamb of a
-/// door returns from somewhere behind it; a few such returns must not close the door.
+/// Map z (m) of the ground under a point of the map.
+using GroundBelow = std::function<double(const Eigen::Vector3d&)>;
+
+/// Loose points without those at the scanner's height (from `low` to `high`, m, over `ground`, map
+/// z of what is under a point; NaN: nobody knows, the point stays; empty: 0) in cells that the
+/// scanner saw free: more rays went through than ended there. A beam that grazes the jamb of a door
+/// returns from somewhere behind it; a few such returns must not close the door.
 std::vector<Eigen::Vector3d> without_passed(const std::vector<Eigen::Vector3d>& points_map,
                                             const OccupancyGrid& occupancy, double low, double high,
-                                            const OccupancyFill& options = {});
+                                            const OccupancyFill& options = {},
+                                            const GroundBelow& ground = {});
 
 }  // namespace lamina

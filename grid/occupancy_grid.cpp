@@ -74,7 +74,8 @@ void OccupancyGrid::trace(const Eigen::Vector2d& from, const Eigen::Vector2d& to
   }
 }
 
-void OccupancyGrid::add(const SE3& T_map_scan, const std::vector<OccupancyBeam>& beams) {
+void OccupancyGrid::add(const SE3& T_map_scan, const std::vector<OccupancyBeam>& beams,
+                        double ground) {
   ++scans_;
   const Eigen::Vector3d start = T_map_scan.translation();
   struct Ray {
@@ -87,7 +88,7 @@ void OccupancyGrid::add(const SE3& T_map_scan, const std::vector<OccupancyBeam>&
     const Eigen::Vector3d end =
         T_map_scan * Eigen::Vector3d(beam.end_scan.x(), beam.end_scan.y(), 0);
     const auto [first, last] =
-        in_band(start.z(), end.z(), options_.min_height, options_.max_height);
+        in_band(start.z(), end.z(), ground + options_.min_height, ground + options_.max_height);
     if (beam.obstacle && last >= 1.0 && range <= options_.max_range) {
       update(cell_of(end.head<2>(), options_.resolution), options_.log_odds_hit);
     }

@@ -14,8 +14,8 @@ struct OccupancyOptions {
   double log_odds_hit = 0.9;   ///< p = 0.71 a return: two returns pass the threshold of map_server
   double log_odds_miss = 0.4;  ///< p = 0.40 a crossing: a third of them clears a wrong return
   double log_odds_limit = 5;   ///< both ways: a changed world is believed after a dozen scans
-  double min_height = 0.02;    ///< m, map z of the band of the robot; where a ray leaves the band
-  double max_height = 3.0;     ///< m, it says nothing of the cell below it
+  double min_height = 0.02;    ///< m, band of the robot over its ground; where a ray leaves it,
+  double max_height = 3.0;     ///< m, the ray says nothing of the cell below it
   double max_range = 60;       ///< m
   /// One line for each setting that cannot be.
   std::vector<std::string> problems() const;
@@ -43,8 +43,8 @@ class OccupancyGrid {
   explicit OccupancyGrid(const OccupancyOptions& options = {});
 
   /// `T_map_scan`: the scan lies in its x-y plane. Cells get one update a scan at most, a mark
-  /// before a clearing.
-  void add(const SE3& T_map_scan, const std::vector<OccupancyBeam>& beams);
+  /// before a clearing. `ground`: map z (m) of the ground that the height band is over.
+  void add(const SE3& T_map_scan, const std::vector<OccupancyBeam>& beams, double ground = 0);
 
   /// Probability of being occupied in [0, 1]; NaN where no ray has been.
   float probability(const CellIndex& cell) const;

@@ -25,15 +25,35 @@ const Plane kFloor({0, 0, 1}, 0);
 // Rises from x = 2 by 1 in 10.
 const Plane kRamp = *Plane::from_normal_rho({-0.1, 0, 1}, -0.2);
 
+const Eigen::Vector3d kScanner(0, 0, 0.25);
+
 TEST(GroundHits, HoldsPointsOnRampsAndTheFloorBefore) {
   const GroundHits ground({patch(PlaneLabel::kFloor, kFloor, -3, 2),
                            patch(PlaneLabel::kRamp, kRamp, 2, 6),
                            patch(PlaneLabel::kWall, Plane({-1, 0, 0}, -6), 6, 6)});
   EXPECT_FALSE(ground.empty());
-  EXPECT_TRUE(ground.contains({4.5, 0, 0.25}, 0.05));
-  EXPECT_TRUE(ground.contains({0, 0.5, 0.02}, 0.05));
-  EXPECT_FALSE(ground.contains({4.5, 0, 0.35}, 0.05));  // 10 cm over it
-  EXPECT_FALSE(ground.contains({4.5, 2, 0.25}, 0.05));  // beside it
+  EXPECT_TRUE(ground.ends_on(kScanner, {4.5, 0, 0.25}, 0.05));
+  EXPECT_TRUE(ground.ends_on(kScanner, {0, 0.5, 0.02}, 0.05));
+  EXPECT_FALSE(ground.ends_on(kScanner, {4.5, 0, 0.35}, 0.05));  // 10 cm over it
+  EXPECT_FALSE(ground.ends_on(kScanner, {4.5, 2, 0.25}, 0.05));  // beside it
+}
+
+TEST(GroundHits, ABeamAlongTheTopOfAPalletEndsAtTheWallBehind) {
+  const GroundHits ground({patch(PlaneLabel::kStep, Plane({0, 0, 1}, 0.22), 1, 2),
+                           patch(PlaneLabel::kRamp, kRamp, 2, 6)});
+  EXPECT_FALSE(ground.ends_on(kScanner, {1.99, 0, 0.25}, 0.05));
+  EXPECT_TRUE(ground.ends_on({0, 0, 0.4}, {1.99, 0, 0.25}, 0.05));  // from higher up
+}
+
+TEST(GroundHits, KnowsWhatIsUnderABodyOrAPoint) {
+  const GroundHits ground({patch(PlaneLabel::kFloor, kFloor, -3, 2),
+                           patch(PlaneLabel::kRamp, kRamp, 2, 6),
+                           patch(PlaneLabel::kFloor, Plane({0, 0, 1}, 3), -3, 2)});
+  EXPECT_NEAR(*ground.under({0, 0, 0.6}), 0, 1e-12);
+  EXPECT_NEAR(*ground.under({0, 0, 2.98}), 3, 1e-12);  // another storey
+  EXPECT_NEAR(*ground.under({4, 0, 0.5}), 0.2, 1e-12);
+  EXPECT_FALSE(ground.under({8, 0, 0.5}));
+  EXPECT_FALSE(ground.under({4, 0, 0}));  // under the ramp
 }
 
 TEST(GroundHits, WithoutARampThereIsNone) {

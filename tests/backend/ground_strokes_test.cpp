@@ -44,6 +44,13 @@ TEST(GroundStrokes, WallsOnGroundStay) {
   EXPECT_FALSE(world.grounded(-8, 0.9));  // where no ground was seen
 }
 
+TEST(GroundStrokes, AWallBehindAPalletAsHighAsTheScannerStays) {
+  const BeforeARamp world;
+  const PlaneLandmark pallet = BeforeARamp::patch(Plane({0, 0, 1}, 0.28), {1.5, 0, 0.28}, 1, 2);
+  const OutlinePiece stroke{world.keyframe, {{1.98, -0.9, kScanner}, {1.98, 0.9, kScanner}}};
+  EXPECT_FALSE(lies_on_ground({stroke}, world.graph, {&world.floor, &pallet}));
+}
+
 TEST(GroundStrokes, NothingSeenIsNotOnTheGround) {
   const BeforeARamp world;
   EXPECT_FALSE(lies_on_ground({}, world.graph, {&world.floor}));

@@ -42,6 +42,18 @@ TEST(OccupancyGrid, ARayIntoTheFloorMarksAndClearsNothingBeyondTheBand) {
   EXPECT_TRUE(std::isnan(grid.probability(cell_of({end_x, 0.0}, 0.05))));
 }
 
+TEST(OccupancyGrid, TheBandIsOverTheGroundOfTheScanner) {
+  OccupancyOptions options;
+  options.max_height = 0.75;
+  OccupancyGrid grid(options);
+  const SE3 upstairs(SO3(), {0, 0, 3.4});
+  for (int i = 0; i < 4; ++i) grid.add(upstairs, {{{2.0, 0.0}, 0.01, true}});
+  EXPECT_TRUE(std::isnan(grid.probability(cell_of({1.0, 0.0}, 0.05))));
+  for (int i = 0; i < 4; ++i) grid.add(upstairs, {{{2.0, 0.0}, 0.01, true}}, 3.0);
+  EXPECT_LT(grid.probability(cell_of({1.0, 0.0}, 0.05)), 0.196f);
+  EXPECT_GT(grid.probability(cell_of({2.0, 0.0}, 0.05)), 0.9f);
+}
+
 TEST(OccupancyGrid, AMarkIsNotClearedByTheNeighbourOfTheSameScan) {
   OccupancyGrid grid;
   std::vector<OccupancyBeam> beams;

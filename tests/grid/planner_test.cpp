@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include <lamina/grid/clearance.hpp>
 #include <lamina/grid/occupancy_fill.hpp>
@@ -224,6 +225,14 @@ TEST(OccupancyFill, ReturnsThatMostRaysWentThroughAreTakenBackAtTheScannersHeigh
   EXPECT_EQ(kept[0], points[1]);
   EXPECT_EQ(kept[1], points[2]) << "a low box that no ray touches stays";
   EXPECT_EQ(kept[2], points[3]);
+  // Heights are over what is under a point: where that is lower, the low box is looked through.
+  const auto higher = without_passed(
+      points, scans, 0.2, 0.4, {}, [](const Eigen::Vector3d& p) { return p.z() < 0.2 ? -0.2 : 0; });
+  EXPECT_EQ(higher.size(), 2u);
+  const auto unknown = without_passed(points, scans, 0.2, 0.4, {}, [](const Eigen::Vector3d&) {
+    return std::numeric_limits<double>::quiet_NaN();
+  });
+  EXPECT_EQ(unknown.size(), 4u);
 }
 
 }  // namespace
