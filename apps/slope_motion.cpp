@@ -2,6 +2,7 @@
 #include <lamina/apps/slope_motion.hpp>
 
 #include <cmath>
+#include <vector>
 
 namespace lamina::apps {
 
@@ -29,6 +30,25 @@ Increment Lift::applied(Increment level, double share) const {
     level.covariance(k, k) = share * variances(k - 2);
   }
   return level;
+}
+
+double way_of(const Increment& motion) { return motion.T_from_to.translation().norm() + 1e-4; }
+
+void share_out(const Increment& told, std::span<Increment> motions) {
+  constexpr int kRounds = 5;  // each leaves half the turn's share of what the last one left
+  const std::vector<Increment> level(motions.begin(), motions.end());
+  double all = 0;
+  for (const Increment& one : level) all += way_of(one);
+  Lift lift;
+  for (int round = 0; round < kRounds; ++round) {
+    Increment sum{SE3(), Matrix6d::Zero()};
+    for (const Increment& one : motions) sum.T_from_to = sum.T_from_to * one.T_from_to;
+    const Lift rest = Lift::between(sum, told);
+    lift.off += rest.off;
+    lift.variances = rest.variances;
+    for (std::size_t i = 0; i < motions.size(); ++i)
+      motions[i] = lift.applied(level[i], way_of(level[i]) / all);
+  }
 }
 
 }  // namespace lamina::apps

@@ -1,6 +1,8 @@
 // Height, roll and pitch of a body's motion, where all that scans and wheels tell lies in a plane.
 #pragma once
 
+#include <span>
+
 #include <lamina/apps/wheel_track.hpp>
 
 namespace lamina::apps {
@@ -18,5 +20,12 @@ struct Lift {
   /// The motion with this share of the lift; its other uncertainties stay.
   Increment applied(Increment level, double share = 1) const;
 };
+
+/// How much of a lift a motion takes of those it is shared out to: by way (m).
+double way_of(const Increment& motion);
+
+/// Lifts level motions that follow each other, so that all of them have the height and tilt told:
+/// what tilts early lifts what comes after.
+void share_out(const Increment& told, std::span<Increment> motions);
 
 }  // namespace lamina::apps

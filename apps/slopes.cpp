@@ -13,11 +13,9 @@ namespace {
 
 struct Stretch {            // of steps, from one image to the next
   std::size_t first, last;  // steps whose motions make it
-  Lift lift;
+  Increment image;          // what an image told of it; of height and tilt alone is made use
   bool told;
 };
-
-double way_of(const Increment& motion) { return motion.T_from_to.translation().norm() + 1e-4; }
 
 // Motion and covariance of several steps after each other, open in height and tilt.
 Increment open_motion(const std::vector<Step>& steps, std::size_t first, std::size_t last) {
@@ -44,7 +42,8 @@ std::vector<Stretch> look(Recording& recording, const DepthDistortion& distortio
     if (!frame) break;
     // An image's step is the one of its stamp that is no scan's.
     while (i < steps.size() && (steps[i].observations.stamp < frame->stamp || steps[i].scan)) ++i;
-    if (i == steps.size() || frame->stamp < steps[i].observations.stamp) continue;
+    if (i == steps.size()) break;
+    if (frame->stamp < steps[i].observations.stamp) continue;
     if (!steps[i].slopes) {  // what is compared begins anew where slopes come into view
       follows = false;
       odometry = DepthOdometry();
@@ -63,7 +62,7 @@ std::vector<Stretch> look(Recording& recording, const DepthDistortion& distortio
                             motion.status == ScanMotion::Status::kDegenerate;
       const bool told = measured && !motion.doubtful;
       const Increment image{motion.T_prev_curr_body, motion.covariance};
-      stretches.push_back({before + 1, i, Lift::between(level, told ? image : level), told});
+      stretches.push_back({before + 1, i, told ? image : level, told});
     }
     follows = true;
     before = i++;
@@ -77,11 +76,9 @@ std::vector<Increment> lifted_motions(const std::vector<Step>& steps,
   std::vector<Increment> motions;
   for (const Step& step : steps) motions.push_back(step.motion);
   for (const Stretch& stretch : stretches) {
-    double all = 0;
-    for (std::size_t i = stretch.first; i <= stretch.last; ++i) all += way_of(motions[i]);
-    for (std::size_t i = stretch.first; i <= stretch.last; ++i) {
-      motions[i] = stretch.lift.applied(motions[i], way_of(motions[i]) / all);
-    }
+    const auto begin = motions.begin() + static_cast<std::ptrdiff_t>(stretch.first);
+    const auto end = motions.begin() + static_cast<std::ptrdiff_t>(stretch.last) + 1;
+    share_out(stretch.image, {begin, end});
   }
   return motions;
 }

@@ -92,6 +92,25 @@ TEST(SlopeMotion, AddsHeightAndTiltAlone) {
   EXPECT_EQ(half.covariance(2, 2), 2e-6);
 }
 
+TEST(SlopeMotion, SharesMakeTheWhole) {
+  // Half a metre in five steps while the body's nose goes up by 8 degrees, and turns.
+  const Matrix6d C = 1e-6 * Matrix6d::Identity();
+  std::vector<Increment> motions(5, Increment{SE3::planar(0.1, 0, 0.06), C});
+  SE3 level;
+  for (const Increment& one : motions) level = level * one.T_from_to;
+  Vector6d off = Vector6d::Zero();
+  off.segment<3>(2) << 0.035, 0.01, -0.14;
+  const Increment told{level * SE3::exp(off), 4 * C};
+  share_out(told, motions);
+  Increment sum{SE3(), Matrix6d::Zero()};
+  for (const Increment& one : motions) {
+    sum.T_from_to = sum.T_from_to * one.T_from_to;
+    sum.covariance += one.covariance;
+  }
+  EXPECT_LT(Lift::between(sum, told).off.norm(), 1e-4);
+  EXPECT_NEAR(sum.covariance(2, 2), 4e-6, 1e-12);
+}
+
 TEST(SlopeMotion, IsOpenTheMoreTheLongerTheWay) {
   const Increment level{SE3(), Matrix6d::Zero()};
   const Increment near = open_to_slopes(level, 0.1), far = open_to_slopes(level, 1);
