@@ -277,6 +277,7 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
   } else if (!moved) {
     moved = bridge(frame, step, metrics);
   }
+  keep_slopes_in_mind(frame.stamp, *moved);
   place(step, floor, off_plane(frame, step, *moved, metrics));
   point_up(step);
   step.slopes = slopes_of_late(frame.stamp);

@@ -148,6 +148,7 @@ class FrontEnd {
   Matrix6d held_level(Matrix6d covariance) const;
   void look_for_slopes(const FloorResult& floor);
   bool slopes_of_late(Timestamp stamp) const;
+  void keep_slopes_in_mind(Timestamp stamp, const Increment& moved);
   static Increment tilting(Increment increment);
   /// What `moved` lacks where the ground changes its slope, by the image.
   Increment off_plane(const DepthFrame& frame, const Step& step, const Increment& moved,

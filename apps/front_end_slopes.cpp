@@ -1,11 +1,13 @@
 // Slopes on the way: wheels and scans take the ground for one plane, what a camera sees says more.
+#include <algorithm>
+
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/slope_motion.hpp>
 
 namespace lamina::apps {
 namespace {
 
-constexpr double kSlopeTime = 5;  // s that a change of slope is kept in mind
+constexpr double kSlopeTime = 5;  // s of driving that a change of slope is kept in mind
 
 }  // namespace
 
@@ -22,6 +24,17 @@ void FrontEnd::look_for_slopes(const FloorResult& floor) {
   if (!slopes) return;
   ++slopes_seen_;
   last_slope_ = floor.stamp;
+}
+
+// A body that stands before a ramp is still before it when it goes on, even if the camera's
+// mounting has been learned anew meanwhile.
+void FrontEnd::keep_slopes_in_mind(Timestamp stamp, const Increment& moved) {
+  constexpr double kStanding = 0.02;  // m/s
+  if (!last_slope_ || !last_image_) return;
+  const double dt = stamp - *last_image_;
+  const SE3 since_image = T_start_image_.inverse() * T_start_body_ * moved.T_from_to;
+  if (since_image.translation().norm() < kStanding * dt)
+    last_slope_ = std::min(stamp, *last_slope_ + dt);
 }
 
 bool FrontEnd::slopes_of_late(Timestamp stamp) const {
