@@ -263,6 +263,7 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
   FloorResult floor;
   {
     const auto timer = metrics.time("floor");
+    floor_.believe_knocks(may_be_knocked(frame.stamp));
     floor = floor_.process(frame);
     floor.sensor = kind;
     look_for_slopes(floor);

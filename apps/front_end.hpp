@@ -93,8 +93,8 @@ class FrontEnd {
            levelled_by_image, wheels, wheels_ahead, learned, met, floor, obstacles, images,
            segments, scan_odometry, max_tilt, sweep, T_start_body, last_step, last_told, last_scan,
            T_start_scan_body, since_scan, scan_step, scan_interval, last_image, T_start_image,
-           image_velocity, skipped, ground_returns, last_slope, slopes_seen, since_image,
-           lifted_since_scan, ever_lifted, follow_slopes] = v;
+           image_velocity, skipped, ground_returns, last_slope, last_two_slopes, slopes_seen,
+           since_image, lifted_since_scan, ever_lifted, follow_slopes] = v;
     static_cast<void>(follow_slopes);  // of the mode
     static_cast<void>(distortion);     // of the recording, before it is mapped
     static_cast<void>(level_scanner);  // likewise
@@ -106,7 +106,7 @@ class FrontEnd {
     a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, learned, met, images,
       segments, scan_odometry, T_start_body, last_step, last_told, last_scan, T_start_scan_body,
       since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns,
-      last_slope, slopes_seen, since_image, lifted_since_scan, ever_lifted);
+      last_slope, last_two_slopes, slopes_seen, since_image, lifted_since_scan, ever_lifted);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -148,6 +148,7 @@ class FrontEnd {
   Matrix6d held_level(Matrix6d covariance) const;
   void look_for_slopes(const FloorResult& floor);
   bool slopes_of_late(Timestamp stamp) const;
+  bool may_be_knocked(Timestamp stamp) const;
   void keep_slopes_in_mind(Timestamp stamp, const Increment& moved);
   static Increment tilting(Increment increment);
   /// What `moved` lacks where the ground changes its slope, by the image.
@@ -187,8 +188,9 @@ class FrontEnd {
   SE3 T_start_image_;                       // the chain at the last image
   std::optional<Vector6d> image_velocity_;  // of the body up to it: right tangent a second
   std::map<std::string, std::int64_t> skipped_;
-  std::int64_t ground_returns_ = 0;      // taken out of scans
-  std::optional<Timestamp> last_slope_;  // when a camera last saw the ground change its slope
+  std::int64_t ground_returns_ = 0;           // taken out of scans
+  std::optional<Timestamp> last_slope_;       // when a camera last saw the ground change its slope
+  std::optional<Timestamp> last_two_slopes_;  // likewise, two of them in one image
   std::int64_t slopes_seen_ = 0;
   Matrix6d since_image_ = Matrix6d::Zero();  // covariance of the way from the last image
   std::optional<SE3> lifted_since_scan_;     // what images added to what lies in the plane

@@ -16,25 +16,33 @@ void FrontEnd::look_for_slopes(const FloorResult& floor) {
   constexpr double kLeast = 0.026, kMost = 0.35, kShare = 0.02;  // rad; of the image's pixels
   const double all = static_cast<double>(floor.pixel_labels.size());
   const SE3 off = floor.T_body_camera * floor.mounting.T_body_camera.inverse();
-  bool slopes = floor.status == FloorStatus::kFound && off.so3().log().head<2>().norm() > kLeast;
+  const bool tilted =
+      floor.status == FloorStatus::kFound && off.so3().log().head<2>().norm() > kLeast;
+  bool both = false;
   for (const ExtractedPlane& p : floor.planes) {
     const bool ground = p.kind == PlaneKind::kSubDominant && p.slope > kLeast && p.slope < kMost;
-    slopes = slopes || (ground && static_cast<double>(p.pixels) > kShare * all);
+    both = both || (ground && static_cast<double>(p.pixels) > kShare * all);
   }
-  if (!slopes) return;
+  if (both) last_two_slopes_ = floor.stamp;
+  if (!both && !tilted) return;
   ++slopes_seen_;
   last_slope_ = floor.stamp;
 }
 
-// A body that stands before a ramp is still before it when it goes on, even if the camera's
-// mounting has been learned anew meanwhile.
+// A body that stands before a ramp is still before it when it goes on.
 void FrontEnd::keep_slopes_in_mind(Timestamp stamp, const Increment& moved) {
   constexpr double kStanding = 0.02;  // m/s
-  if (!last_slope_ || !last_image_) return;
+  if (!last_image_) return;
   const double dt = stamp - *last_image_;
   const SE3 since_image = T_start_image_.inverse() * T_start_body_ * moved.T_from_to;
-  if (since_image.translation().norm() < kStanding * dt)
-    last_slope_ = std::min(stamp, *last_slope_ + dt);
+  if (!(since_image.translation().norm() < kStanding * dt)) return;
+  for (std::optional<Timestamp>* seen : {&last_slope_, &last_two_slopes_})
+    if (*seen) *seen = std::min(stamp, **seen + dt);
+}
+
+// A floor that is off where the ground slopes is no knocked camera, however long it is looked at.
+bool FrontEnd::may_be_knocked(Timestamp stamp) const {
+  return !last_two_slopes_ || !(stamp - *last_two_slopes_ < kSlopeTime);
 }
 
 bool FrontEnd::slopes_of_late(Timestamp stamp) const {
@@ -53,9 +61,8 @@ Increment FrontEnd::tilting(Increment increment) {
 // Beside a scanner images tell how far: what matches of scans say would hold the body level.
 Increment FrontEnd::off_plane(const DepthFrame& frame, const Step& step, const Increment& moved,
                               io::Metrics& metrics) {
-  if (!follow_slopes_ || !last_scan_ || !slopes_of_late(frame.stamp) || step.by_image ||
-      !step.motion_known)
-    return moved;
+  if (!follow_slopes_ || !last_scan_ || !slopes_of_late(frame.stamp) || step.by_image) return moved;
+  if (!step.motion_known && !scanned_of_late(frame.stamp)) return moved;
   const auto timer = metrics.time("odometry");
   const Matrix6d J = moved.T_from_to.inverse().adjoint();
   Increment level{T_start_image_.inverse() * T_start_body_ * moved.T_from_to,

@@ -34,6 +34,7 @@ Increment open_motion(const std::vector<Step>& steps, std::size_t first, std::si
 std::vector<Stretch> look(Recording& recording, const DepthDistortion& distortion,
                           const std::vector<Step>& steps, const std::function<bool()>& ended) {
   DepthOdometry odometry;
+  std::optional<DepthFrame> last_level;
   std::vector<Stretch> stretches;
   bool follows = false;  // there is an image to compare with, at step `before`
   std::size_t before = 0, i = 0;
@@ -44,14 +45,19 @@ std::vector<Stretch> look(Recording& recording, const DepthDistortion& distortio
     while (i < steps.size() && (steps[i].observations.stamp < frame->stamp || steps[i].scan)) ++i;
     if (i == steps.size()) break;
     if (frame->stamp < steps[i].observations.stamp) continue;
-    if (!steps[i].slopes) {  // what is compared begins anew where slopes come into view
-      follows = false;
-      odometry = DepthOdometry();
-      ++i;
-      continue;
-    }
     distortion.correct(*frame);
     frame->camera.camera.T_body_camera = steps[i].observations.T_body_sensor;
+    if (!steps[i].slopes) {  // the last one before slopes come into view is what they begin from
+      last_level = std::move(frame);
+      follows = true;
+      before = i++;
+      continue;
+    }
+    if (last_level) {
+      odometry = DepthOdometry();
+      odometry.process(*last_level);
+      last_level.reset();
+    }
     if (!follows) {
       odometry.process(*frame);
     } else {

@@ -144,6 +144,8 @@ const DisparityImage& FloorFrontend::disparities() const { return state_->extrac
 
 const FloorOptions& FloorFrontend::options() const { return state_->options; }
 
+void FloorFrontend::believe_knocks(bool believed) { state_->judge.believe_knocks(believed); }
+
 void FloorFrontend::save(ArchiveWriter& archive) const { archive(state_->judge); }
 void FloorFrontend::load(ArchiveReader& archive) { archive(state_->judge); }
 

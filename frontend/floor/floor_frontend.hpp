@@ -32,6 +32,10 @@ class FloorFrontend {
   FloorResult process(const DepthFrame& frame);
   FloorResult process(const CloudFrame& frame);
 
+  /// False where the ground slopes: a floor that is off there is no knocked camera. For the frames
+  /// to come.
+  void believe_knocks(bool believed);
+
   /// Of the last depth frame (frontend/floor/blocks.hpp): ObstacleScanner need not make them again.
   const DisparityImage& disparities() const;
 

@@ -18,6 +18,9 @@ class FloorJudge {
   /// plane_body, slope, height and kind.
   void judge(const SE3& T_body_camera_calibrated, double frame_pixels, FloorResult& result);
 
+  /// MountingTracker::believe_knocks(), for the frames to come.
+  void believe_knocks(bool believed) { tracker_.believe_knocks(believed); }
+
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
   friend void fields(A& a, FloorJudge& v) {

@@ -74,8 +74,9 @@ void MountingTracker::set_aside(const Eigen::Vector3d& measured, const Eigen::Ma
     agree &= (m - mean).head<2>().norm() < 4 * std::sqrt(R(0, 0) + R(1, 1)) &&
              std::abs(m.z() - mean.z()) < 4 * std::sqrt(R(2, 2));
   }
-  const bool knock = std::all_of(aside_.begin(), aside_.end(),
-                                 [this](const Eigen::Vector3d& m) { return is_knock(m); });
+  const bool knock =
+      knocks_believed_ && std::all_of(aside_.begin(), aside_.end(),
+                                      [this](const Eigen::Vector3d& m) { return is_knock(m); });
   if (agree && knock) {
     state_ = mean;
     P_ = R;

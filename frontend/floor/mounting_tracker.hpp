@@ -22,6 +22,9 @@ class MountingTracker {
   /// Takes one frame's floor. `covariance` of its plane in Plane's tangent (tilt, tilt, rho).
   void update(const SE3& T_body_camera_calibrated, const Plane& floor_camera,
               const Eigen::Matrix3d& covariance);
+  /// Whether a floor that is off for long may be a knocked camera (it may, unless told otherwise):
+  /// not where the ground slopes.
+  void believe_knocks(bool believed) { knocks_believed_ = believed; }
   /// A frame without a floor: nothing changes, `changed` is cleared.
   void skip(const SE3& T_body_camera_calibrated);
   const MountingEstimate& estimate() const { return estimate_; }
@@ -44,6 +47,7 @@ class MountingTracker {
   Eigen::Vector3d reported_ = Eigen::Vector3d::Zero();
   std::deque<Eigen::Vector3d> aside_;
   int erratic_ = 0;
+  bool knocks_believed_ = true;  // told anew for every frame
   MountingEstimate estimate_;
 };
 

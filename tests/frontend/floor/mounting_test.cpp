@@ -142,6 +142,18 @@ TEST(MountingTracker, ARampAheadIsNoKnock) {
   EXPECT_NEAR(tracker.estimate().pitch, 0, 1e-4);
 }
 
+// A robot that stops with its body tilted on the foot of a ramp sees just what a knock looks like.
+TEST(MountingTracker, WhereTheGroundSlopesNothingIsAKnock) {
+  MountingTracker tracker{FloorOptions()};
+  for (int i = 0; i < 30; ++i) tracker.update(kMounting, floor_of(turned(0, 0)), frame_noise());
+  tracker.believe_knocks(false);
+  for (int i = 0; i < 100; ++i) tracker.update(kMounting, floor_of(turned(0, 5)), frame_noise());
+  EXPECT_NEAR(tracker.estimate().pitch, 0, 1e-4);
+  tracker.believe_knocks(true);
+  tracker.update(kMounting, floor_of(turned(0, 5)), frame_noise());
+  EXPECT_NEAR(tracker.estimate().pitch / kDegree, 5, 0.05);
+}
+
 TEST(MountingTracker, OneWrongFrameMovesNothing) {
   MountingTracker tracker{FloorOptions()};
   for (int i = 0; i < 10; ++i) tracker.update(kMounting, floor_of(turned(0, 0)), frame_noise());
