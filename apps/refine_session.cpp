@@ -4,6 +4,10 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <limits>
+#include <optional>
+#include <set>
+
 #include <lamina/apps/map_output.hpp>
 #include <lamina/apps/mapping.hpp>
 #include <lamina/backend/map_overlap.hpp>
@@ -28,19 +32,48 @@ Path session_file(const Path& input) {
   throw Error(input.string() + ": found no session.lamina, expected an output folder of `map`");
 }
 
-// Paths are told apart by time: a recording that overlaps an earlier one is moved to begin ten
-// seconds after it.
+// Paths are told apart by time: a session that does not begin after all others is moved to begin
+// ten seconds after them.
 void make_later(io::Session& session, const io::Session& than) {
-  std::int64_t last = 0;
+  std::int64_t first = std::numeric_limits<std::int64_t>::max(), last = 0;
+  for (const auto& part : session.parts) first = std::min(first, part.first.nanoseconds());
   for (const auto& part : than.parts) last = std::max(last, part.last.nanoseconds());
-  for (const auto& part : session.parts) {
-    if (part.first.nanoseconds() > last) continue;
-    const std::int64_t shift = (last - part.first.nanoseconds()) / 1'000'000'000 + 10;
-    session.shift_time(shift * 1'000'000'000);
-    spdlog::info("{}: overlaps in time; its stamps are {} s later in the joined files", part.name,
-                 shift);
-    return;
+  if (session.parts.empty() || first > last) return;
+  const std::int64_t shift = (last - first) / 1'000'000'000 + 10;
+  session.shift_time(shift * 1'000'000'000);
+  spdlog::info("{}: begins before the others end; its stamps are {} s later in the joined files",
+               session.parts.front().name, shift);
+}
+
+// Where rays of its scans went, those made from depth included. A scan every 0.3 m or 20 degrees
+// and a beam every degree or so tell what is free.
+FreeSpace free_space(const io::Session& session) {
+  std::map<std::int64_t, SE3> poses;
+  std::map<KeyframeId, SE3> keyframes;
+  for (const Keyframe& k : session.map.graph.keyframes) keyframes[k.id] = k.T_map_body;
+  for (const MapFrame& f : session.map.frames) {
+    poses.try_emplace(f.stamp.nanoseconds(), keyframes.at(f.keyframe) * f.T_keyframe_body);
   }
+  FreeSpace free;
+  std::map<bool, SE3> last;
+  for (const io::KeptScan& kept : session.scans) {
+    const auto pose = poses.find(kept.scan.stamp.nanoseconds());
+    if (pose == poses.end()) continue;
+    const auto before = last.find(kept.from_depth);
+    if (before != last.end()) {
+      const SE3 moved = before->second.inverse() * pose->second;
+      if (moved.translation().norm() < 0.3 && moved.so3().log().norm() < 0.35) continue;
+    }
+    last[kept.from_depth] = pose->second;
+    const SE3 T_map_lidar = pose->second * kept.scan.lidar.T_body_lidar;
+    const std::size_t every = 1 + kept.scan.size() / 360;
+    for (std::size_t i = 0; i < kept.scan.size(); i += every) {
+      if (!kept.scan.valid(i)) continue;
+      const Eigen::Vector2d p = kept.scan.point(i);
+      free.add_ray(T_map_lidar.translation(), T_map_lidar * Eigen::Vector3d(p.x(), p.y(), 0));
+    }
+  }
+  return free;
 }
 
 // The same recording twice would count as twice the evidence.
@@ -57,24 +90,36 @@ void require_another(const io::Session& map, const io::Session& more, const Path
   }
 }
 
-void join(io::Session& map, io::Session more, const Path& first, const Path& second) {
-  require_another(map, more, second);
-  const OverlapResult found = find_overlap(map.map, more.map);
+// A session that went into the map, for the check afterwards.
+struct Joined {
+  Path name;
+  KeyframeId first = KeyframeId::kNone, end = KeyframeId::kNone;  // its keyframes
+  std::set<PlaneId> shared;                                       // planes of the map
+};
+
+// Nothing where its place is not found; `why` then says what was.
+std::optional<Joined> join(io::Session& map, io::Session& more, const Path& second,
+                           std::string& why) {
+  const OverlapResult found = find_overlap(map.map, more.map, free_space(map), free_space(more));
   if (!found.overlap) {
-    throw Error(second.string() + ": found no place for it in " + first.string() + " (" +
-                found.reason + fmt::format(", {:.1f} m^2 seen by both", found.shared_m2) +
-                "), expected maps that share walls and floor");
+    why = found.reason;
+    return std::nullopt;
   }
   const SE3& T = found.overlap->T_a_b;
-  spdlog::info("{}: joined by {} planes and {:.0f} m^2, moved by {:.2f} m and {:.1f} degrees",
-               second.string(), found.overlap->planes.size(), found.shared_m2,
-               T.translation().norm(), T.so3().log().norm() * 180 / M_PI);
-  if (found.rival_share > OverlapOptions().max_rival_share) {
+  spdlog::info(
+      "{}: joined by {} planes and {:.0f} m of wall (evidence {:.0f}, needed {:.0f}), moved by "
+      "{:.2f} m and {:.1f} degrees",
+      second.string(), found.overlap->planes.size(), found.wall_m, found.evidence, found.needed,
+      T.translation().norm(), T.so3().log().norm() * 180 / M_PI);
+  if (found.kept_frame) {
     spdlog::warn("{}: another place fits nearly as well; taken is the one that keeps its frame",
                  second.string());
   }
   make_later(more, map);
+  Joined joined{second, static_cast<KeyframeId>(map.map.graph.next_keyframe), {}, {}};
   append(map.map, more.map, *found.overlap);
+  joined.end = static_cast<KeyframeId>(map.map.graph.next_keyframe);
+  for (const auto& [of_b, of_a] : found.overlap->planes) joined.shared.insert(of_a);
   const auto extend = [](auto& to, const auto& from) {
     to.insert(to.end(), from.begin(), from.end());
   };
@@ -82,8 +127,64 @@ void join(io::Session& map, io::Session more, const Path& first, const Path& sec
   extend(map.scans, more.scans);
   extend(map.rims, more.rims);
   for (const auto& [name, count] : more.counts) map.counts[name] += count;
-  for (const auto& [why, count] : more.skipped) map.skipped[why] += count;
+  for (const auto& [why_skipped, count] : more.skipped) map.skipped[why_skipped] += count;
   map.counts["joined_planes"] += static_cast<double>(found.overlap->planes.size());
+  return joined;
+}
+
+// In whatever order they fit: one that meets the first only by way of another waits for it.
+std::vector<Joined> join_all(io::Session& map, const std::vector<Path>& inputs) {
+  std::vector<std::pair<Path, io::Session>> waiting;
+  for (std::size_t i = 1; i < inputs.size(); ++i) {
+    waiting.emplace_back(inputs[i], io::read_session(session_file(inputs[i])));
+    require_another(map, waiting.back().second, inputs[i]);
+    for (std::size_t j = 0; j + 1 < waiting.size(); ++j) {
+      require_another(waiting[j].second, waiting.back().second, inputs[i]);
+    }
+  }
+  std::vector<Joined> result;
+  while (!waiting.empty()) {
+    std::string first_reason;
+    const auto placed = std::find_if(waiting.begin(), waiting.end(), [&](auto& more) {
+      std::string why;
+      const auto joined = join(map, more.second, more.first, why);
+      if (joined) result.push_back(*joined);
+      if (first_reason.empty()) first_reason = why;
+      return joined.has_value();
+    });
+    if (placed == waiting.end()) {
+      throw Error(waiting.front().first.string() + ": found no place for it in " +
+                  inputs.front().string() + (result.empty() ? "" : " and those joined to it") +
+                  " (" + first_reason + "), expected maps that share walls enough to tell where");
+    }
+    waiting.erase(placed);
+  }
+  return result;
+}
+
+// Planes that are not one are taken apart by the refiner: where that happened to most of what tied
+// a session to the others, its place was wrong.
+void require_held(const Joined& joined, const Graph& graph) {
+  std::set<PlaneId> shared;
+  for (PlaneId id : joined.shared) {
+    while (graph.find(id) != nullptr && graph.at(id).merged_into != PlaneId::kNone) {
+      id = graph.at(id).merged_into;
+    }
+    shared.insert(id);
+  }
+  std::size_t views = 0, held = 0;
+  for (const PlaneMomentsFactor& f : graph.plane_moments) {
+    if (f.keyframe < joined.first || f.keyframe >= joined.end) continue;
+    const bool from_shared = shared.count(f.plane) > 0;
+    views += from_shared;
+    held += from_shared && f.weight > 0.5;
+  }
+  if (views == 0 || 2 * held < views) {
+    throw Error(fmt::format(
+        "{}: found that its place does not hold: the refined map accepts {} of its {} views of "
+        "shared planes, expected at least half",
+        joined.name.string(), held, views));
+  }
 }
 
 Settings settings_in(const io::Session& session, const Path& file) {
@@ -98,15 +199,14 @@ int refine_sessions(const std::vector<Path>& inputs, const Path& output_folder, 
   set_up_log(quiet);
   io::Session session = io::read_session(session_file(inputs.front()));
   const Settings settings = settings_in(session, inputs.front());
-  for (std::size_t i = 1; i < inputs.size(); ++i) {
-    join(session, io::read_session(session_file(inputs[i])), inputs.front(), inputs[i]);
-  }
+  const std::vector<Joined> joined = join_all(session, inputs);
   io::make_results_folder(output_folder);
   MapOutput output(output_folder, settings);
   output.take(session);
   Mapper mapper(settings.mapper, std::move(session.map));
   const Trajectory before = mapper.trajectory();
   const RefineResult result = mapper.refine();
+  for (const Joined& j : joined) require_held(j, mapper.graph());
   mapper.know_covariances();
   output.set_refinement(result, before, mapper.trajectory());
   if (result.status != SolveStatus::kConverged) {

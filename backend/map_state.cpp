@@ -90,7 +90,10 @@ Graph carried(Graph graph, const Offsets& ids, const SE3& T) {
   pairs(graph.odometry);
   pairs(graph.planar_odometry);
   pairs(graph.loops);
-  graph.priors.clear();  // its datum
+  for (auto& f : graph.priors) {  // of joined maps; a single one's datum is a fixed keyframe
+    ids.raise(f.keyframe);
+    f.T_map_body = T * f.T_map_body;
+  }
   for (auto& f : graph.plane_moments) {
     ids.raise(f.keyframe);
     ids.raise(f.plane);
@@ -116,6 +119,16 @@ Graph carried(Graph graph, const Offsets& ids, const SE3& T) {
     move_prior(f, T);
   }
   return graph;
+}
+
+// Height, roll and pitch in the map's axes; x, y and heading are the walls' to say.
+PriorFactor level_prior(const Keyframe& k) {
+  constexpr double kHeight = 0.03, kTilt = 0.5 * M_PI / 180;  // m, rad
+  PriorFactor f{k.id, k.T_map_body, Matrix6d::Zero()};
+  const Eigen::Matrix3d R = k.T_map_body.so3().matrix();
+  f.sqrt_information.row(2).head<3>() = R.row(2) / kHeight;
+  f.sqrt_information.bottomRightCorner<2, 3>() = R.topRows<2>() / kTilt;
+  return f;
 }
 
 void extend(Graph& a, const Graph& b, const Graph& ids_of) {
@@ -157,7 +170,11 @@ void merge(MapState& map, PlaneId from, PlaneId into) {
 void append(MapState& a, const MapState& b, const MapOverlap& overlap) {
   const Offsets ids{a.graph.next_keyframe, a.graph.next_plane, a.graph.next_surfel,
                     a.graph.next_extrinsics};
+  const std::size_t first = a.graph.keyframes.size();
   extend(a.graph, carried(b.graph, ids, overlap.T_a_b), b.graph);
+  if (!overlap.level && first < a.graph.keyframes.size()) {
+    a.graph.priors.push_back(level_prior(a.graph.keyframes[first]));
+  }
   for (MapFrame frame : b.frames) {
     ids.raise(frame.keyframe);
     a.frames.push_back(frame);

@@ -31,6 +31,9 @@ struct MapState {
 struct MapOverlap {
   SE3 T_a_b;
   std::vector<std::pair<PlaneId, PlaneId>> planes;  ///< (of b, of a)
+  /// Level planes are among them. Else nothing tells b's height and tilt from a's but that both
+  /// stand on one floor: append() holds b's first keyframe to 3 cm and half a degree.
+  bool level = true;
 };
 
 /// Adds map b to map a, moved to where it lies; planes of b that are planes of a are merged into
