@@ -33,6 +33,46 @@ void tell(const CorrectedMounting& one, io::Metrics& metrics) {
   }
 }
 
+// A scan and how the body came to it from the one before.
+struct ScanOnWay {
+  const LaserScan& scan;
+  std::optional<SE3> moved;  // by wheels, or where they never moved by matching; nullopt: unknown
+  bool sure;                 // in all directions
+};
+
+// Gives the scans of level scanners in turn, until `take` returns false.
+void follow_level_scans(Recording& recording, const ScanOdometryOptions& options,
+                        const std::function<bool()>& ended,
+                        const std::function<bool(const ScanOnWay&)>& take) {
+  WheelTrack wheels(recording.calibration().odometry);
+  ScanOdometry matching(options);
+  std::optional<Timestamp> last;
+  try {
+    while (!ended()) {
+      const auto measurement = recording.next_light();
+      if (!measurement) break;
+      if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
+      const auto* scan = std::get_if<LaserScan>(&*measurement);
+      if (!scan || !is_level(scan->lidar.T_body_lidar, options.max_tilt)) continue;
+      if (last && !(scan->stamp > *last)) continue;
+      ScanOnWay on_way{*scan, std::nullopt, false};
+      if (wheels.moved()) {
+        const auto way = last ? wheels.between(*last, scan->stamp) : std::nullopt;
+        if (way) on_way.moved = way->T_from_to;
+        on_way.sure = way.has_value();
+      } else {
+        const ScanMotion way = matching.process(*scan);
+        if (way.status != ScanMotion::Status::kPredicted) on_way.moved = way.T_prev_curr_body;
+        on_way.sure = way.status == ScanMotion::Status::kTracked;
+      }
+      if (!take(on_way)) break;
+      last = scan->stamp;
+      wheels.forget_before(scan->stamp);
+    }
+  } catch (const Error&) {  // the run itself comes to it, and says so
+  }
+}
+
 }  // namespace
 
 void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, bool remounting,
@@ -69,32 +109,14 @@ std::optional<MountingCorrection> find_lean(Recording& recording,
                                             const std::function<bool()>& ended) {
   if (!recording.calibration().odometry.planar) return std::nullopt;
   GroundLean lean;
-  WheelTrack wheels(recording.calibration().odometry);
-  ScanOdometry matching(options);  // where wheels never moved
-  std::optional<Timestamp> last;
-  try {
-    while (!ended() && lean.wants_more()) {
-      const auto measurement = recording.next_light();
-      if (!measurement) break;
-      if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
-      const auto* scan = std::get_if<LaserScan>(&*measurement);
-      if (!scan || !is_level(scan->lidar.T_body_lidar, options.max_tilt)) continue;
-      if (!GroundLean::may_tell(*scan)) return std::nullopt;
-      double turned = 0;
-      if (wheels.moved()) {
-        const auto moved = last ? wheels.between(*last, scan->stamp) : std::nullopt;
-        if (moved) turned = moved->T_from_to.so3().yaw();
-      } else {
-        const ScanMotion moved = matching.process(*scan);
-        if (moved.status == ScanMotion::Status::kTracked)
-          turned = moved.T_prev_curr_body.so3().yaw();
-      }
-      lean.add(*scan, turned);
-      last = scan->stamp;
-      wheels.forget_before(scan->stamp);
-    }
-  } catch (const Error&) {  // the run itself comes to it, and says so
-  }
+  bool may_tell = true;
+  follow_level_scans(recording, options, ended, [&](const ScanOnWay& on_way) {
+    may_tell = GroundLean::may_tell(on_way.scan);
+    if (!may_tell) return false;
+    lean.add(on_way.scan, on_way.moved && on_way.sure ? on_way.moved->so3().yaw() : 0);
+    return lean.wants_more();
+  });
+  if (!may_tell) return std::nullopt;
   if (ended()) return std::nullopt;
   const auto found = lean.correction();
   if (found) tell({"scanner", "ground", *found}, metrics);
@@ -104,44 +126,30 @@ std::optional<MountingCorrection> find_lean(Recording& recording,
 Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options, io::Metrics& metrics,
                  const std::function<bool()>& ended) {
   SweepFinder finder;
-  WheelTrack wheels(recording.calibration().odometry);
-  ScanOdometry matching(options);  // where wheels never moved
   // A scan waits for the next one: its velocity is that between its neighbours.
   struct Placed {
     LaserScan scan;
     SE3 T_start_body;
   };
   std::optional<Placed> last, before;
-  try {
-    while (!ended() && finder.wants_more()) {
-      const auto measurement = recording.next_light();
-      if (!measurement) break;
-      if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
-      const auto* scan = std::get_if<LaserScan>(&*measurement);
-      if (!scan || !is_level(scan->lidar.T_body_lidar, options.max_tilt)) continue;
-      if (scan->time_increment > 0) return {true, {}};
-      if (last && !(scan->stamp > last->scan.stamp)) continue;
-      std::optional<SE3> moved;
-      if (wheels.moved()) {
-        if (const auto way = last ? wheels.between(last->scan.stamp, scan->stamp) : std::nullopt)
-          moved = way->T_from_to;
-      } else {
-        const ScanMotion way = matching.process(*scan);
-        if (way.status != ScanMotion::Status::kPredicted) moved = way.T_prev_curr_body;
-      }
-      if (!moved) before.reset();
-      Placed now{*scan, last && moved ? last->T_start_body * *moved : SE3()};
-      if (last && before && moved) {
-        const double dt = now.scan.stamp - before->scan.stamp;
-        const SE3 way = before->T_start_body.inverse() * now.T_start_body;
-        finder.add(last->scan, planar_part(last->T_start_body), way.log() / dt);
-      }
-      before = moved ? std::move(last) : std::nullopt;
-      last = std::move(now);
-      wheels.forget_before(scan->stamp);
+  bool stated = false;
+  follow_level_scans(recording, options, ended, [&](const ScanOnWay& on_way) {
+    const LaserScan& scan = on_way.scan;
+    const std::optional<SE3>& moved = on_way.moved;
+    stated = scan.time_increment > 0;
+    if (stated) return false;
+    if (!moved) before.reset();
+    Placed now{scan, last && moved ? last->T_start_body * *moved : SE3()};
+    if (last && before && moved) {
+      const double dt = now.scan.stamp - before->scan.stamp;
+      const SE3 way = before->T_start_body.inverse() * now.T_start_body;
+      finder.add(last->scan, planar_part(last->T_start_body), way.log() / dt);
     }
-  } catch (const Error&) {  // the run itself comes to it, and says so
-  }
+    before = moved ? std::move(last) : std::nullopt;
+    last = std::move(now);
+    return finder.wants_more();
+  });
+  if (stated) return {true, {}};
   const auto found = ended() ? std::nullopt : finder.found();
   if (!found) return {};
   spdlog::info("scanner's sweep by turns: {:+.1f} +- {:.1f} ms from first beam to last",
