@@ -47,12 +47,13 @@ std::vector<Eigen::Vector3d> samples_of(const MapPlane& plane) {
   return samples;
 }
 
-double diagonal(const std::vector<Eigen::Vector3d>& points) {
+// In plan: a scanner sees a wall at one height, a camera up to where its image ends.
+double length_in_plan(const std::vector<Eigen::Vector3d>& points) {
   if (points.empty()) return 0;
-  Eigen::Vector3d low = points.front(), high = points.front();
+  Eigen::Vector2d low = points.front().head<2>(), high = low;
   for (const auto& p : points) {
-    low = low.cwiseMin(p);
-    high = high.cwiseMax(p);
+    low = low.cwiseMin(p.head<2>());
+    high = high.cwiseMax(p.head<2>());
   }
   return (high - low).norm();
 }
@@ -66,7 +67,7 @@ class Target {
     std::vector<Eigen::Vector2d> flat;
     for (const auto& p : reference.outline) flat.push_back((T_plane_ * p).head<2>());
     polygon_ = Polygon::from_vertices(flat);
-    size_ = diagonal(reference.outline);
+    length_ = length_in_plan(reference.outline);
   }
   // Distance from the outline in the plane, negative inside.
   double beside(const Eigen::Vector3d& p) const {
@@ -74,13 +75,13 @@ class Target {
     return polygon_->signed_distance((T_plane_ * p).head<2>());
   }
   double above(const Eigen::Vector3d& p) const { return std::abs(plane_.signed_distance(p)); }
-  double size() const { return size_; }
+  double length() const { return length_; }
 
  private:
   Plane plane_;
   SE3 T_plane_;
   std::optional<Polygon> polygon_;
-  double size_ = 0;
+  double length_ = 0;
 };
 
 // One wall for each set of references that lie in one plane with doors between them at most: a map
@@ -182,7 +183,7 @@ PlaneErrors plane_errors(const std::vector<MapPlane>& planes,
     for (const auto& [j, points] : assigned(samples, candidates, targets, options)) {
       const double share = static_cast<double>(points.size()) / static_cast<double>(samples.size());
       const bool much = share >= options.min_overlap;
-      if (!much && diagonal(points) < options.min_extent * targets[j].size()) continue;
+      if (!much && length_in_plan(points) < options.min_length * targets[j].length()) continue;
       on_reference[j].emplace_back(share * planes[i].area, i);
       lies = true;
       if (much) walls.insert(wall[j]);

@@ -38,9 +38,9 @@ struct PlaneMatchOptions {
   double max_angle = 0.6;      ///< rad, between normals of a match
   double max_distance = 1.0;   ///< m, of a point of the map plane from the reference plane
   /// A map plane lies on a reference when this share of it does, or what does is this long compared
-  /// with the reference. A point that several references hold counts for the nearest.
+  /// with the reference, in plan. A point that several references hold counts for the nearest.
   double min_overlap = 0.3;
-  double min_extent = 0.5;
+  double min_length = 0.5;
   double border = 0.25;  ///< m, by which reference outlines are grown in that test
   /// References in one plane with gaps like doors are one wall: to map it as one is no mistake.
   double door = 1.5;                ///< m

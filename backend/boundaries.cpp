@@ -1,7 +1,56 @@
 // Seen cells in the plane's own frame.
 #include <lamina/backend/boundaries.hpp>
 
+#include <limits>
+#include <utility>
+
 namespace lamina {
+namespace {
+
+struct Strip {
+  Eigen::Vector2d from, to;
+  double length = std::numeric_limits<double>::infinity();
+};
+
+Strip nearest(const Polygon& a, const Polygon& b) {
+  Strip best;
+  for (const auto& p : a.vertices()) {
+    for (const auto& q : b.vertices()) {
+      if ((q - p).norm() < best.length) best = {p, q, (q - p).norm()};
+    }
+  }
+  return best;
+}
+
+// The shortest tree over all parts (Prim).
+std::vector<Strip> strips_between(const std::vector<Polygon>& parts) {
+  std::vector<Strip> tree, to_tree(parts.size());
+  std::vector<bool> in_tree(parts.size(), false);
+  std::size_t last = 0;
+  for (std::size_t n = 1; n < parts.size(); ++n) {
+    in_tree[last] = true;
+    std::size_t next = parts.size();
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (in_tree[i]) continue;
+      const Strip strip = nearest(parts[last], parts[i]);
+      if (strip.length < to_tree[i].length) to_tree[i] = strip;
+      if (next == parts.size() || to_tree[i].length < to_tree[next].length) next = i;
+    }
+    tree.push_back(to_tree[next]);
+    last = next;
+  }
+  return tree;
+}
+
+std::vector<Eigen::Vector3d> in_map(const PlaneLandmark& plane, const Polygon& polygon) {
+  std::vector<Eigen::Vector3d> points;
+  for (const auto& v : polygon.vertices()) {
+    points.push_back(plane.T_map_outline * Eigen::Vector3d(v.x(), v.y(), 0));
+  }
+  return points;
+}
+
+}  // namespace
 
 void grow_outline(PlaneLandmark& plane, std::span<const Eigen::Vector3d> points_map) {
   const SE3 T_outline_map = plane.T_map_outline.inverse();
@@ -34,13 +83,19 @@ void remake_outline(PlaneLandmark& plane, std::span<const OutlinePiece> pieces, 
 
 std::vector<std::vector<Eigen::Vector3d>> outlines_map(const PlaneLandmark& plane) {
   std::vector<std::vector<Eigen::Vector3d>> result;
-  for (const Polygon& polygon : plane.outline.outlines()) {
-    auto& outline = result.emplace_back();
-    for (const auto& v : polygon.vertices()) {
-      outline.push_back(plane.T_map_outline * Eigen::Vector3d(v.x(), v.y(), 0));
-    }
-  }
+  for (const Polygon& polygon : plane.outline.outlines()) result.push_back(in_map(plane, polygon));
   return result;
+}
+
+std::vector<Eigen::Vector3d> ring_map(const PlaneLandmark& plane) {
+  std::vector<Polygon> parts = plane.outline.outlines();
+  if (parts.size() > 1) {
+    OutlineGrid joined = plane.outline;
+    for (const Strip& strip : strips_between(parts)) joined.add_stroke(strip.from, strip.to);
+    parts = joined.outlines();
+  }
+  if (parts.empty()) return {};
+  return in_map(plane, parts.front());
 }
 
 Eigen::Vector3d outline_centroid_map(const PlaneLandmark& plane) {

@@ -28,6 +28,10 @@ void remake_outline(PlaneLandmark& plane, std::span<const OutlinePiece> pieces, 
 /// Closed outlines in the map frame, on the plane, largest first.
 std::vector<std::vector<Eigen::Vector3d>> outlines_map(const PlaneLandmark& plane);
 
+/// One closed ring round all that was seen, in the map frame, on the plane: parts are joined, each
+/// to the nearest, by strips a cell wide. Empty while nothing was seen.
+std::vector<Eigen::Vector3d> ring_map(const PlaneLandmark& plane);
+
 /// Middle of what was seen, on the plane; the anchor while nothing was.
 Eigen::Vector3d outline_centroid_map(const PlaneLandmark& plane);
 

@@ -106,6 +106,8 @@ class Mapper {
  private:
   // What level scans drew where the ground rises into their plane is ground.
   void drop_strokes_on_ground(std::vector<MapPlane>& planes) const;
+  void part_walls(std::vector<MapPlane>& planes) const;
+  PlaneLandmark part_of(PlaneId id, const OutlineGrid& outline) const;
   // The body relative to its keyframe, with covariance in the right tangent.
   struct Relative {
     SE3 T_keyframe_body;

@@ -1,11 +1,15 @@
 // The map and the paths, by present estimates.
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include <lamina/backend/covariance.hpp>
 #include <lamina/backend/ground_strokes.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/outline_sharing.hpp>
+#include <lamina/backend/plane_creases.hpp>
+#include <lamina/backend/plane_parts.hpp>
 #include <lamina/models/linalg.hpp>
 
 namespace lamina {
@@ -70,11 +74,13 @@ MapPlane Mapper::map_plane(const PlaneLandmark& plane) const {
   result.plane_map = plane.plane_map();
   result.centroid_map = result.plane_map.project(outline_centroid_map(plane));
   result.outlines_map = outlines_map(plane);
+  result.ring_map = ring_map(plane);
   result.area = plane.outline.area();
   if (result.outlines_map.empty()) {
     PlaneLandmark viewed = plane;
     viewed.outline = outline_of_views(plane, graph_);
     result.outlines_map = outlines_map(viewed);
+    result.ring_map = ring_map(viewed);
     result.area = viewed.outline.area();
   }
   result.observations = plane.observations;
@@ -147,6 +153,61 @@ void Mapper::drop_strokes_on_ground(std::vector<MapPlane>& planes) const {
   });
 }
 
+// What one plane says of several walls, each by itself; the largest keeps the plane's id.
+void Mapper::part_walls(std::vector<MapPlane>& planes) const {
+  std::int64_t next_id = 0;
+  for (const auto& plane : graph_.planes) {
+    next_id = std::max(next_id, static_cast<std::int64_t>(plane.id) + 1);
+  }
+  std::vector<MapPlane> more;
+  const auto apart = walls_apart(graph_, outlines_, options_.association.max_gap_m);
+  for (MapPlane& plane : planes) {
+    const auto walls = apart.find(static_cast<PlaneId>(plane.id));
+    if (walls == apart.end()) continue;
+    std::vector<MapPlane> parts;
+    for (const OutlineGrid& outline : walls->second) {
+      MapPlane& part = parts.emplace_back(map_plane(part_of(walls->first, outline)));
+      part.label = plane.label;
+    }
+    std::stable_sort(parts.begin(), parts.end(),
+                     [](const MapPlane& a, const MapPlane& b) { return a.area > b.area; });
+    plane = parts.front();
+    for (std::size_t i = 1; i < parts.size(); ++i) {
+      parts[i].id = next_id++;
+      more.push_back(std::move(parts[i]));
+    }
+  }
+  std::move(more.begin(), more.end(), std::back_inserter(planes));
+}
+
+// The plane as if only this part of its outline had been seen. How often, is told by how many of
+// the keyframes that saw the plane saw this part.
+PlaneLandmark Mapper::part_of(PlaneId id, const OutlineGrid& outline) const {
+  PlaneLandmark part = graph_.at(id);
+  part.outline = outline;
+  const SE3 T_outline_map = part.T_map_outline.inverse();
+  std::set<KeyframeId> all, these;
+  for (const OutlinePiece& piece : outlines_.at(id)) {
+    const Keyframe* keyframe = graph_.find(piece.keyframe);
+    if (!keyframe) continue;
+    all.insert(piece.keyframe);
+    const SE3 T_outline_body = T_outline_map * keyframe->T_map_body;
+    for (const auto& p : sample_outline(piece.points_body, outline.cell_size())) {
+      if (!outline.contains((T_outline_body * p).head<2>())) continue;
+      these.insert(piece.keyframe);
+      break;
+    }
+  }
+  if (these.empty()) return part;
+  const double share = static_cast<double>(these.size()) / static_cast<double>(all.size());
+  part.observations =
+      std::max<std::int64_t>(1, std::llround(share * static_cast<double>(part.observations)));
+  const auto stamp = [this](KeyframeId keyframe) { return graph_.at(keyframe).stamp; };
+  part.first_seen = stamp(*these.begin());
+  part.last_seen = stamp(*these.rbegin());
+  return part;
+}
+
 PlanarMap Mapper::map() const {
   PlanarMap map;
   map.trajectory = trajectory();
@@ -157,6 +218,11 @@ PlanarMap Mapper::map() const {
   std::erase_if(map.planes, [](const MapPlane& plane) { return plane.outlines_map.empty(); });
   label_planes(map.planes, map.trajectory, options_.labels);
   drop_strokes_on_ground(map.planes);
+  const std::set<PlaneId> crease = creases(graph_, outlines_);
+  std::erase_if(map.planes, [&crease](const MapPlane& plane) {
+    return crease.count(static_cast<PlaneId>(plane.id)) > 0;
+  });
+  part_walls(map.planes);
   SurfelOptions options;
   options.cell_m = options_.surfel_cell_m;
   options.parent_sigma_m = options_.surfel_parent_sigma_m;

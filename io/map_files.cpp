@@ -44,8 +44,8 @@ Json to_json(const MapPlane& plane) {
   json["phi"] = plane.plane_map.phi();
   json["sigma_rho"] = sigmas.rho;
   json["sigma_angle"] = sigmas.angle;
-  json["boundary"] =
-      plane.outlines_map.empty() ? Json::array() : to_json(plane.outlines_map.front());
+  const bool no_ring = plane.ring_map.empty() && !plane.outlines_map.empty();
+  json["boundary"] = to_json(no_ring ? plane.outlines_map.front() : plane.ring_map);
   json["area"] = plane.area;
   json["observations"] = plane.observations;
   json["first_seen"] = decimal_seconds(plane.first_seen);
@@ -53,11 +53,7 @@ Json to_json(const MapPlane& plane) {
   json["centroid"] = to_json(plane.centroid_map);
   json["unobserved_directions"] = plane.unobserved_directions;
   if (plane.outlines_map.size() > 1) {
-    Json more = Json::array();
-    for (std::size_t i = 1; i < plane.outlines_map.size(); ++i) {
-      more.push_back(to_json(plane.outlines_map[i]));
-    }
-    json["more_boundaries"] = more;
+    for (const auto& outline : plane.outlines_map) json["parts"].push_back(to_json(outline));
   }
   return json;
 }
@@ -80,13 +76,11 @@ MapPlane plane_of(const Json& json) {
   plane.covariance =
       Eigen::Vector3d(sigma_angle * sigma_angle, sigma_angle * sigma_angle, sigma_rho * sigma_rho)
           .asDiagonal();
-  if (const auto boundary = points_of(json.at("boundary")); !boundary.empty()) {
-    plane.outlines_map.push_back(boundary);
-  }
-  if (json.contains("more_boundaries")) {
-    for (const auto& outline : json.at("more_boundaries")) {
-      plane.outlines_map.push_back(points_of(outline));
-    }
+  plane.ring_map = points_of(json.at("boundary"));
+  if (json.contains("parts")) {
+    for (const auto& outline : json.at("parts")) plane.outlines_map.push_back(points_of(outline));
+  } else if (!plane.ring_map.empty()) {
+    plane.outlines_map.push_back(plane.ring_map);
   }
   plane.area = json.at("area").get<double>();
   plane.observations = json.at("observations").get<std::int64_t>();

@@ -28,7 +28,8 @@ struct MapPlane {
   /// Of plane_map.about(centroid_map) in Plane's tangent (tilt, tilt, rho).
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   std::vector<std::vector<Eigen::Vector3d>> outlines_map;  ///< closed, on the plane; largest first
-  double area = 0;                                         ///< m^2
+  std::vector<Eigen::Vector3d> ring_map;  ///< one round all of them; strips join what lies apart
+  double area = 0;                        ///< m^2
   std::int64_t observations = 0;
   Timestamp first_seen, last_seen;
   int unobserved_directions = 0;  ///< of 3: how many directions no measurement constrains

@@ -57,6 +57,20 @@ TEST(PlaneErrors, AWallGoesOnBeyondItsDoors) {
   EXPECT_EQ(errors.matches.size(), 2u);
 }
 
+// Of a wall 2 m high and 1 m wide a scanner sees a stroke along a longer one with a door.
+TEST(PlaneErrors, AShortStretchBesideADoorIsFoundByItsLengthInPlan) {
+  const std::vector<ReferencePlane> truth{true_wall(1, 5, -8, -1), true_wall(2, 5, 0, 1)};
+  MapPlane wall = map_wall(10, 5, -8, -1);
+  const auto stroke = [](double y0, double y1) {
+    return std::vector<Eigen::Vector3d>{{5, y0, 0.3}, {5, y1, 0.3}, {5, y1, 0.4}, {5, y0, 0.4}};
+  };
+  wall.outlines_map.push_back(stroke(0, 1));
+  EXPECT_TRUE(plane_errors({wall}, truth, SE3()).missed.empty());
+  wall.outlines_map.back() = stroke(0, 0.1);
+  EXPECT_EQ(plane_errors({wall}, truth, SE3(), {.border = 0.05}).missed,
+            std::vector<std::int64_t>{2});
+}
+
 TEST(PlaneErrors, APillarBeforeAWallIsNotTheWall) {
   const std::vector<ReferencePlane> truth{true_wall(1, 5, -4, 4), true_wall(2, 4.8, -0.3, 0.3)};
   const std::vector<MapPlane> map{map_wall(10, 5, -4, 4), map_wall(11, 4.79, -0.3, 0.3)};

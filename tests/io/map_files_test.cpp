@@ -23,6 +23,7 @@ MapPlane a_wall() {
   plane.covariance = Eigen::Vector3d(4e-6, 9e-6, 1e-4).asDiagonal();
   plane.outlines_map = {{{2.5, 0, 0}, {2.5, 2, 0}, {2.5, 2, 2}, {2.5, 0, 2}},
                         {{2.5, 3, 0}, {2.5, 4, 0}, {2.5, 4, 1}}};
+  plane.ring_map = {{2.5, 0, 0}, {2.5, 4, 0}, {2.5, 4, 1}, {2.5, 3, 0.1}, {2.5, 2, 2}, {2.5, 0, 2}};
   plane.area = 4.5;
   plane.observations = 12;
   plane.first_seen = Timestamp::from_seconds(10);
@@ -51,7 +52,8 @@ TEST_F(MapFiles, PlanesHaveTheKeysOfTheContract) {
   EXPECT_EQ(plane["label"], "wall");
   EXPECT_DOUBLE_EQ(plane["sigma_rho"].get<double>(), 0.01);
   EXPECT_NEAR(plane["sigma_angle"].get<double>(), 0.003, 1e-12);
-  EXPECT_EQ(plane["boundary"].size(), 4u);
+  EXPECT_EQ(plane["boundary"].size(), 6u);  // one ring round both parts
+  EXPECT_EQ(plane["parts"].size(), 2u);
   EXPECT_NEAR(plane["theta"].get<double>(), M_PI / 2, 1e-12);
   EXPECT_NEAR(plane["phi"].get<double>(), M_PI, 1e-12);
 }
@@ -83,6 +85,7 @@ TEST_F(MapFiles, PlanesReadBackTheSame) {
   EXPECT_EQ(planes[0].plane_map.normal(), a_wall().plane_map.normal());
   EXPECT_EQ(planes[0].plane_map.rho(), -2.5);
   EXPECT_EQ(planes[0].outlines_map, a_wall().outlines_map);
+  EXPECT_EQ(planes[0].ring_map, a_wall().ring_map);
   EXPECT_EQ(planes[0].observations, 12);
 }
 
