@@ -277,6 +277,8 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
     moved = move_by_depth(frame, floor, step, metrics);
   } else if (!moved) {
     moved = bridge(frame, step, metrics);
+  } else if (images_beside_wheels_ && !last_scan_) {
+    moved = beside_wheels(frame, step, *moved, metrics);
   }
   keep_slopes_in_mind(frame.stamp, *moved);
   place(step, floor, off_plane(frame, step, *moved, metrics));

@@ -69,6 +69,9 @@ class FrontEnd {
   void look_ahead(WheelTrack wheels) { wheels_ahead_ = std::move(wheels); }
   /// Lets the body tilt where the ground does: where no image motions come later (offline) to say.
   void follow_slopes() { follow_slopes_ = true; }
+  /// Lets images tell motions beside wheels where there is no scanner: where no second look comes
+  /// later (offline) that does.
+  void ask_images_beside_wheels() { images_beside_wheels_ = true; }
   const DepthDistortion& depth_distortion() const { return distortion_; }
   /// True where the floor of the first image gave the first pose: the map's level is as good as
   /// that image's, and the refined floor knows better.
@@ -94,12 +97,13 @@ class FrontEnd {
            segments, scan_odometry, max_tilt, sweep, T_start_body, last_step, last_told, last_scan,
            T_start_scan_body, since_scan, scan_step, scan_interval, last_image, T_start_image,
            image_velocity, skipped, ground_returns, last_slope, last_two_slopes, slopes_seen,
-           since_image, lifted_since_scan, ever_lifted, follow_slopes] = v;
-    static_cast<void>(follow_slopes);  // of the mode
-    static_cast<void>(distortion);     // of the recording, before it is mapped
-    static_cast<void>(level_scanner);  // likewise
-    static_cast<void>(planar);         // of the calibration
-    static_cast<void>(max_tilt);       // of the settings, as is the sweep
+           since_image, lifted_since_scan, ever_lifted, follow_slopes, images_beside_wheels] = v;
+    static_cast<void>(follow_slopes);         // of the mode
+    static_cast<void>(images_beside_wheels);  // likewise
+    static_cast<void>(distortion);            // of the recording, before it is mapped
+    static_cast<void>(level_scanner);         // likewise
+    static_cast<void>(planar);                // of the calibration
+    static_cast<void>(max_tilt);              // of the settings, as is the sweep
     static_cast<void>(sweep);
     static_cast<void>(wheels_ahead);  // of the recording, before it is mapped
     static_cast<void>(obstacles);     // keeps buffers alone
@@ -136,6 +140,9 @@ class FrontEnd {
                           io::Metrics& metrics);
   /// The motion since the last step where wheels say nothing and scans have come before.
   Increment bridge(const DepthFrame& frame, Step& step, io::Metrics& metrics);
+  /// The motion since the last step, which wheels measured, by the image and them.
+  Increment beside_wheels(const DepthFrame& frame, Step& step, const Increment& wheels,
+                          io::Metrics& metrics);
   /// coast(), with what the step must say of it.
   Increment coasted(Timestamp stamp, Step& step) const;
   bool scanned_of_late(Timestamp stamp) const;
@@ -196,6 +203,7 @@ class FrontEnd {
   std::optional<SE3> lifted_since_scan_;     // what images added to what lies in the plane
   bool ever_lifted_ = false;
   bool follow_slopes_ = false;
+  bool images_beside_wheels_ = false;
 };
 
 }  // namespace lamina::apps

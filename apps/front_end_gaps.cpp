@@ -12,9 +12,9 @@ constexpr double kSurelyCoasted = 1;  // s: after that a robot that nothing trac
 }  // namespace
 
 // Where the chain of motions stands at a stamp by wheels alone. The map frame is the odometry
-// frame: the first pose is the first odometry pose.
+// frame: the first pose is the first odometry pose, also where that comes a little later.
 SE3 FrontEnd::dead_reckoned(Timestamp stamp) const {
-  if (!last_step_) return wheels_.at(stamp).value_or(SE3());
+  if (!last_step_) return wheels_.at(stamp).value_or(wheels_.empty() ? SE3() : wheels_.oldest());
   const auto moved = wheels_.between(*last_step_, stamp);
   return moved ? T_start_body_ * moved->T_from_to : T_start_body_;
 }
@@ -65,6 +65,21 @@ Increment FrontEnd::bridge(const DepthFrame& frame, Step& step, io::Metrics& met
   step.open_direction = told.open_direction;
   return {T_start_body_.inverse() * T_start_image_ * told.increment.T_from_to,
           told.increment.covariance};
+}
+
+// Wheels slip, and an image shows it.
+Increment FrontEnd::beside_wheels(const DepthFrame& frame, Step& step, const Increment& wheels,
+                                  io::Metrics& metrics) {
+  const auto timer = metrics.time("odometry");
+  DepthFrame mounted = frame;
+  mounted.camera.camera.T_body_camera = step.observations.T_body_sensor;
+  const Increment expected =
+      follow_slopes_ && slopes_of_late(frame.stamp) ? tilting(wheels) : wheels;
+  const ImageMotionTold told =
+      images_.add(mounted, last_image_, MotionGuess{expected.T_from_to, expected.covariance});
+  if (told.first || !told.known || told.doubtful) return wheels;
+  step.by_image = true;
+  return told.increment;
 }
 
 // How the body came from the last scan to here, where that is known well enough to lay the next

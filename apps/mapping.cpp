@@ -105,7 +105,7 @@ void for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& 
   } else if (run.checkpoint) {
     run.checkpoint->begin();
   }
-  Reader reader(*run.recording, kReadAhead);
+  Reader reader(*run.recording, kReadAhead, run.checkpoint != nullptr);
   Progress progress(run.recording->size_hint(), run.quiet);
   io::Metrics& metrics = run.output.metrics;
   while (const auto measurement = reader.next()) {
@@ -314,6 +314,7 @@ int run_map(const MapRequest& request) {
   FrontEnd front_end(settings, sensors);
   const bool live = request.input.rfind("openni:", 0) == 0;
   if (request.online && settings.follow_slopes) front_end.follow_slopes();
+  if (request.online && settings.images_beside_wheels) front_end.ask_images_beside_wheels();
   if (live && request.resume) {
     throw Error("--resume: found the live device " + request.input + ", expected a recording");
   }

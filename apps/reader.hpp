@@ -1,6 +1,7 @@
 // Reads a recording ahead of the mapper, in a thread of its own.
 #pragma once
 
+#include <deque>
 #include <exception>
 #include <optional>
 #include <thread>
@@ -12,9 +13,11 @@
 namespace lamina::apps {
 
 /// The measurements in the recording's own order: a queue changes when they are read, never which.
+/// But where `wait_for_odometry`, the first of it comes before what was measured up to two seconds
+/// earlier: the map's frame is the odometry's, and drivers start in any order.
 class Reader {
  public:
-  Reader(Recording& recording, std::size_t ahead);
+  Reader(Recording& recording, std::size_t ahead, bool wait_for_odometry = false);
   ~Reader();
   Reader(const Reader&) = delete;
   Reader& operator=(const Reader&) = delete;
@@ -29,8 +32,12 @@ class Reader {
 
  private:
   void run();
+  std::optional<Measurement> next_read();
+  void hold_until_odometry();
   Recording& recording_;
   BoundedQueue<Measurement> queue_;
+  bool waiting_;
+  std::deque<Measurement> held_;  // from the beginning
   io::StageTimes times_;
   std::exception_ptr failure_;
   std::thread thread_;

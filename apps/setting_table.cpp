@@ -117,7 +117,7 @@ std::vector<Setting> segment_rows() {
       LAMINA_ROW("wheels.calibrate", calibrate_wheels,
                  "images and wheels, offline: a first map tells scale and drift of the wheels"),
       LAMINA_ROW("wheels.images", images_beside_wheels,
-                 "offline, without a scanner: depth images tell motions better than wheels"),
+                 "without a scanner: depth images tell motions better than wheels, which may slip"),
       LAMINA_ROW("slopes.follow", follow_slopes,
                  "images tell height and tilt of the body where they show the ground change slope"),
   };

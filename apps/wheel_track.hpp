@@ -31,6 +31,8 @@ class WheelTrack {
   bool moved() const { return moved_; }
   /// The stamp of the newest sample; only when not empty.
   Timestamp newest() const { return samples_.back().stamp; }
+  /// T_odom_body of the oldest sample; only when not empty.
+  const SE3& oldest() const { return samples_.front().T_odom_body; }
   /// The motion from one stamp to a later one, both at(). nullopt, too, for leaps that no robot
   /// makes (50 m and 50 m/s).
   std::optional<Increment> between(Timestamp from, Timestamp to) const;

@@ -22,9 +22,23 @@ Strip nearest(const Polygon& a, const Polygon& b) {
   return best;
 }
 
+// A point within the part beside a corner of it: on the corner, a strip would run along the border.
+Eigen::Vector2d within(const Polygon& part, const Eigen::Vector2d& corner, double cell) {
+  for (const double step : {0.5, 1.0}) {
+    for (const double x : {-step, step}) {
+      for (const double y : {-step, step}) {
+        const Eigen::Vector2d p = corner + cell * Eigen::Vector2d(x, y);
+        if (part.contains(p)) return p;
+      }
+    }
+  }
+  return corner;
+}
+
 // The shortest tree over all parts (Prim).
-std::vector<Strip> strips_between(const std::vector<Polygon>& parts) {
+std::vector<Strip> strips_between(const std::vector<Polygon>& parts, double cell) {
   std::vector<Strip> tree, to_tree(parts.size());
+  std::vector<std::size_t> neighbour(parts.size(), 0);
   std::vector<bool> in_tree(parts.size(), false);
   std::size_t last = 0;
   for (std::size_t n = 1; n < parts.size(); ++n) {
@@ -33,10 +47,15 @@ std::vector<Strip> strips_between(const std::vector<Polygon>& parts) {
     for (std::size_t i = 0; i < parts.size(); ++i) {
       if (in_tree[i]) continue;
       const Strip strip = nearest(parts[last], parts[i]);
-      if (strip.length < to_tree[i].length) to_tree[i] = strip;
+      if (strip.length < to_tree[i].length) {
+        to_tree[i] = strip;
+        neighbour[i] = last;
+      }
       if (next == parts.size() || to_tree[i].length < to_tree[next].length) next = i;
     }
-    tree.push_back(to_tree[next]);
+    Strip& strip = tree.emplace_back(to_tree[next]);
+    strip.from = within(parts[neighbour[next]], strip.from, cell);
+    strip.to = within(parts[next], strip.to, cell);
     last = next;
   }
   return tree;
@@ -91,7 +110,8 @@ std::vector<Eigen::Vector3d> ring_map(const PlaneLandmark& plane) {
   std::vector<Polygon> parts = plane.outline.outlines();
   if (parts.size() > 1) {
     OutlineGrid joined = plane.outline;
-    for (const Strip& strip : strips_between(parts)) joined.add_stroke(strip.from, strip.to);
+    for (const Strip& strip : strips_between(parts, joined.cell_size()))
+      joined.add_stroke(strip.from, strip.to);
     parts = joined.outlines();
   }
   if (parts.empty()) return {};

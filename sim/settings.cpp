@@ -213,6 +213,10 @@ OdometrySensor make_odometry(Settings& s, const RigDefaults& d) {
   e.scale = s.number("odometry.scale", d.odometry_scale);
   e.drift = s.number("odometry.drift_deg_per_m", d.odometry_drift_deg) * kDegree;
   e.planar = s.flag("odometry.planar", d.planar);
+  OdometryFault slip;  // of a wheel
+  slip.rotation_body.z() = s.number("odometry.slip_deg", 0) * kDegree;
+  slip.time = s.number("odometry.slip_s", 10);
+  if (slip.rotation_body.z() != 0) e.faults.push_back(slip);
   out.rate_hz = s.number("odometry.rate_hz", d.odometry_rate);
   return out;
 }

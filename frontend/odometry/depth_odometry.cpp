@@ -26,7 +26,13 @@ double median_depth(const DepthBlocks& blocks) {
 struct DepthOdometry::Expectation {
   SE3 T_prev_curr;
   Matrix6d covariance = Matrix6d::Zero(), information = Matrix6d::Zero();
-  double sigma_turn = 0;  ///< rad, where nothing but the last motion tells; 0 elsewhere
+  double sigma_velocity = 0, sigma_turn = 0;  ///< m, rad: where nothing but the last motion tells
+  bool by_wheels = false;
+  void widen(double sigma_translation, double sigma_rotation) {
+    covariance.diagonal().head<3>().array() += sigma_translation * sigma_translation;
+    covariance.diagonal().tail<3>().array() += sigma_rotation * sigma_rotation;
+    information = covariance.ldlt().solve(Matrix6d::Identity());
+  }
 };
 
 struct DepthOdometry::Alignment {
@@ -139,8 +145,8 @@ std::vector<SE3> DepthOdometry::other_starts(const SE3& predicted, const SE3& T_
   return starts;
 }
 
-void DepthOdometry::search(const DepthBlocks& current, const Matrix6d& prior,
-                           const std::vector<SE3>& starts, Alignment& a) const {
+std::optional<SE3> DepthOdometry::search(const DepthBlocks& current, const Matrix6d& prior,
+                                         const std::vector<SE3>& starts, const Alignment& a) const {
   double best = fit(current, a.T_world_camera) + options_.search_gain;
   std::optional<SE3> better;
   for (const SE3& start : starts) {
@@ -152,10 +158,7 @@ void DepthOdometry::search(const DepthBlocks& current, const Matrix6d& prior,
     best = found;
     better = start;
   }
-  if (!better) return;
-  // What surfaces leave open stays as this start has it.
-  a.T_world_camera = *better;
-  align(current, *better, prior, a, options_.coarse_iterations, options_.fine_iterations);
+  return better;
 }
 
 void DepthOdometry::slide(const DepthBlocks& current, const Matrix6d& prior, Alignment& a) const {
@@ -192,13 +195,13 @@ DepthOdometry::Expectation DepthOdometry::expect(double dt, const SE3& T_body_ca
     const Matrix6d Ad = T_body_camera.inverse().adjoint();
     e.covariance = Ad * guess->covariance * Ad.transpose();
     e.covariance.diagonal().array() += 1e-9;
+    e.by_wheels = true;
   } else {
     e.T_prev_curr = SE3::exp(velocity_ * (dt <= options_.max_step ? dt : 0.0));
-    e.covariance.diagonal().head<3>().setConstant(std::pow(options_.sigma_velocity * ratio, 2));
-    e.covariance.diagonal().tail<3>().setConstant(std::pow(options_.sigma_turn * ratio, 2));
-    e.sigma_turn = options_.sigma_turn * ratio;
   }
-  e.information = e.covariance.ldlt().solve(Matrix6d::Identity());
+  e.sigma_velocity = options_.sigma_velocity * ratio;
+  e.sigma_turn = options_.sigma_turn * ratio;
+  e.widen(guess ? 0 : e.sigma_velocity, guess ? 0 : e.sigma_turn);
   return e;
 }
 
@@ -211,13 +214,31 @@ DepthOdometry::Alignment DepthOdometry::aligned_as_expected(const DepthBlocks& c
   return a;
 }
 
-DepthOdometry::Alignment DepthOdometry::locate(const DepthBlocks& current, const Expectation& e,
-                                               const SE3& T_body_camera) const {
+bool DepthOdometry::contradicted(const DepthBlocks& current, const Alignment& a) const {
+  if (usual_.worse(a.matched)) return true;
+  const SE3 no_turn(T_world_camera_.so3(), a.T_world_camera.translation());
+  return fit(current, no_turn) > fit(current, a.T_world_camera) + 0.5 * options_.search_gain;
+}
+
+DepthOdometry::Alignment DepthOdometry::locate(const DepthBlocks& current, const SE3& T_body_camera,
+                                               Expectation& e) const {
   Alignment a = aligned_as_expected(current, e);
   if (keys_.empty()) return a;
-  if (e.sigma_turn > 0 && (a.matched < options_.search_matched || a.unknown > 0)) {
+  const bool fits = e.by_wheels ? !contradicted(current, a)
+                                : a.matched >= options_.search_matched && a.unknown == 0;
+  if (!fits) {
+    Expectation other = e;  // of other starts: wheels that slip tell no more than the last motion
+    if (e.by_wheels) other.widen(e.sigma_velocity, e.sigma_turn);
     const SE3 predicted = T_world_camera_ * e.T_prev_curr;
-    search(current, e.information, other_starts(predicted, T_body_camera, e.sigma_turn), a);
+    const auto better =
+        search(current, other.information, other_starts(predicted, T_body_camera, e.sigma_turn), a);
+    if (better) {
+      e = other;
+      // What surfaces leave open stays as this start has it.
+      a.T_world_camera = *better;
+      align(current, *better, e.information, a, options_.coarse_iterations,
+            options_.fine_iterations);
+    }
   }
   slide(current, e.information, a);
   return a;
@@ -236,12 +257,14 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   const double dt = std::max(1e-4, frame.stamp - *last_stamp_);
   last_stamp_ = frame.stamp;
   const SE3& T_body_camera = frame.camera.camera.T_body_camera;
-  const Expectation expected = expect(dt, T_body_camera, guess);
-  Alignment a = locate(current, expected, T_body_camera);
+  const Expectation at_first = expect(dt, T_body_camera, guess);
+  Expectation expected = at_first;
+  Alignment a = locate(current, T_body_camera, expected);
   motion.moving = drop_what_moved(current, a.T_world_camera);
   // With what is left, other starts and places along open directions are not believed again: a
   // person who walked by made a map 0.17 m off of it, and nothing said so.
   if (motion.moving > 0) {
+    expected = at_first;
     a = aligned_as_expected(current, expected);
     last_moving_ = frame.stamp;
   }

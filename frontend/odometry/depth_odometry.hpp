@@ -109,19 +109,23 @@ class DepthOdometry {
   Expectation expect(double dt, const SE3& T_body_camera,
                      const std::optional<MotionGuess>& guess) const;
   Alignment aligned_as_expected(const DepthBlocks& current, const Expectation& expected) const;
-  /// Where the image was taken: aligned as expected, from other starts where that fits badly, and
-  /// moved along what slopes leave open.
-  Alignment locate(const DepthBlocks& current, const Expectation& expected,
-                   const SE3& T_body_camera) const;
+  /// An alignment that began from a guess fits worse than usual, or worse than if the turn had not
+  /// been: a wheel may have slipped.
+  bool contradicted(const DepthBlocks& current, const Alignment& alignment) const;
+  /// Where the image was taken: aligned as expected, from other starts where that fits badly (with
+  /// a guess: where it is contradicted, which is doubted then), and moved along what slopes leave
+  /// open.
+  Alignment locate(const DepthBlocks& current, const SE3& T_body_camera,
+                   Expectation& expected) const;
   /// Of the motion between two images (camera frame): alignment, expectation, and what a match is
   /// off at best.
   Matrix6d covariance_of(const Alignment& alignment, const Expectation& expected,
                          const SE3& T_prev_curr) const;
   void align(const DepthBlocks& current, const SE3& predicted, const Matrix6d& prior,
              Alignment& alignment, int coarse_iterations, int fine_iterations) const;
-  /// Tries other starts (T_world_camera) and takes the best, if it is clearly better.
-  void search(const DepthBlocks& current, const Matrix6d& prior, const std::vector<SE3>& starts,
-              Alignment& alignment) const;
+  /// Of other starts (T_world_camera) the best, if it is clearly better than the alignment.
+  std::optional<SE3> search(const DepthBlocks& current, const Matrix6d& prior,
+                            const std::vector<SE3>& starts, const Alignment& alignment) const;
   /// Where the surfaces are too few or too like to tell by their slopes, places along the open
   /// directions may still fit more: within two sigmas of what was expected the best is taken, if it
   /// gains slide_gain (1 + sigmas^2).

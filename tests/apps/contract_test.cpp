@@ -204,6 +204,27 @@ TEST(Contract, ThereIsAPoseForEveryFrameAndScanAndTheFirstIsTheOdometrys) {
   }
 }
 
+// Drivers start in any order: scans and images of the first second find no odometry yet.
+TEST(Contract, TheFirstPoseIsTheOdometrysWhereThatBeginsASecondLate) {
+  const Path folder = copy_of_room("late_odometry");
+  const Trajectory odometry = Trajectory::read_tum(room(1) / "odometry.txt");
+  const Timestamp late = Timestamp::from_seconds(odometry.front().stamp.seconds() + 1);
+  std::ofstream out(folder / "odometry.txt");
+  std::ifstream in(room(1) / "odometry.txt");
+  for (std::string line; std::getline(in, line);) {
+    if (line[0] != '#' && std::stod(line) >= late.seconds()) out << line << '\n';
+  }
+  out.close();
+  const SE3 first = Trajectory::read_tum(folder / "odometry.txt").front().pose;
+  ASSERT_GT(first.log().norm(), 0.1);  // it has driven by then
+  const Path map = scratch() / "map_late_odometry";
+  ASSERT_EQ(outcome({"map", folder, "--output", map, "--quiet"}).code, 0);
+  const Trajectory path = Trajectory::read_tum(map / "trajectory.txt");
+  EXPECT_LT(path.front().stamp, late);
+  // Odometry is carried on by an interval before its first sample.
+  EXPECT_LT((first.inverse() * path.front().pose).log().norm(), 0.04);
+}
+
 TEST(Contract, OdometryWhoseStampsNeverMeetIsSaidAndTheRestMaps) {
   const Path folder = copy_of_room("other_clock");
   std::ifstream in(room(1) / "odometry.txt");

@@ -122,6 +122,30 @@ TEST(DepthOdometry, ATurnThatEndsBetweenTwoSlowImagesIsFollowed) {
   EXPECT_LT(e.so3().log().norm(), 0.02);
 }
 
+// A hall: its floor, and a wall ahead of which a camera that looks down sees a little. A wheel
+// spins for two images; wheels that are sure of themselves say that the body turned by 5 degrees in
+// each.
+TEST(DepthOdometry, AWheelThatSlipsIsNotBelievedAgainstAWall) {
+  const Planes hall = {{Eigen::Vector3d::UnitZ(), 0}, {-Eigen::Vector3d::UnitX(), -5.5}};
+  Camera camera;
+  DepthOdometry odometry;
+  SE3 T_world_body(SO3::rot_y(0.1), Eigen::Vector3d::Zero()), T_start_body;
+  const SE3 start = T_world_body;
+  for (int i = 0; i < 12; ++i) {
+    if (i > 0) T_world_body = T_world_body * SE3::planar(0.05, 0, 0);
+    const bool slips = i == 6 || i == 7;
+    const SE3 wheels = SE3::planar(0.05, 0, slips ? 0.2 : 0);
+    const Matrix6d covariance = Matrix6d::Identity() * 1e-5;
+    const DepthMotion m =
+        odometry.process(camera.see(hall, T_world_body, 0.2 * i),
+                         i > 0 ? std::optional(MotionGuess{wheels, covariance}) : std::nullopt);
+    T_start_body = T_start_body * m.T_prev_curr_body;
+  }
+  const SE3 e = (start.inverse() * T_world_body).inverse() * T_start_body;
+  EXPECT_LT(e.so3().log().norm(), 0.02);
+  EXPECT_LT(e.translation().norm(), 0.05);
+}
+
 TEST(DepthOdometry, CorridorLeavesOneDirectionToTheGuess) {
   Camera camera;
   DepthOdometry odometry;
