@@ -29,6 +29,14 @@ RecognitionPlane recognition_plane(const PlaneLandmark& plane, const Eigen::Matr
   return result;
 }
 
+// The part of a motion about a point that upright walls tell: in plan.
+SE3 in_plan(const SE3& T, const Eigen::Vector3d& about) {
+  const SO3 turn = SO3::rot_z(T.so3().yaw());
+  Eigen::Vector3d to = T * about;
+  to.z() = about.z();
+  return {turn, to - turn * about};
+}
+
 // Odometry from the keyframe before to the one after; nullopt at the ends of the path.
 std::optional<OdometryFactor> chained_past(const Graph& graph, KeyframeId id) {
   const OdometryFactor *in = nullptr, *out = nullptr;
@@ -92,7 +100,14 @@ bool Mapper::recognise() {
   const double sigma = std::sqrt(keyframe_covariance_.topLeftCorner<3, 3>().trace());
   const auto match = recognise_place(fresh, old, index_, body, 0.5 + 3 * sigma, options_.place);
   if (!match) return false;
-  close_loop(match->T_old_new, match->pairs);
+  // Level scans see walls as lines; how those lean, and so height and tilt, is the prior's word.
+  const bool upright_lines =
+      std::all_of(match->pairs.begin(), match->pairs.end(), [this](const auto& pair) {
+        constexpr double kUpright = 0.3;
+        return partial_.count(pair.first) > 0 &&
+               std::abs(graph_.at(pair.first).plane_anchor.normal().z()) < kUpright;
+      });
+  close_loop(upright_lines ? in_plan(match->T_old_new, body) : match->T_old_new, match->pairs);
   return true;
 }
 
