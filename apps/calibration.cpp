@@ -10,7 +10,6 @@
 #include <lamina/apps/mounting_calibration.hpp>
 #include <lamina/apps/slopes.hpp>
 #include <lamina/apps/wheel_calibration.hpp>
-#include <lamina/frontend/odometry/sweep_finder.hpp>
 #include <lamina/frontend/segments/ground_lean.hpp>
 #include <lamina/models/error.hpp>
 
@@ -123,38 +122,26 @@ std::optional<MountingCorrection> find_lean(Recording& recording,
   return found;
 }
 
+void tell_sweep(const SweepFinder::Found& found, io::Metrics& metrics) {
+  spdlog::info("scanner's sweep by turns: {:+.1f} +- {:.1f} ms from first beam to last",
+               1000 * found.sweep, 1000 * found.sigma);
+  metrics.counts["scanner_sweep_ms"] = 1000 * found.sweep;
+}
+
 Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options, io::Metrics& metrics,
                  const std::function<bool()>& ended) {
-  SweepFinder finder;
-  // A scan waits for the next one: its velocity is that between its neighbours.
-  struct Placed {
-    LaserScan scan;
-    SE3 T_start_body;
-  };
-  std::optional<Placed> last, before;
+  SweepWatch watch;
   bool stated = false;
   follow_level_scans(recording, options, ended, [&](const ScanOnWay& on_way) {
-    const LaserScan& scan = on_way.scan;
-    const std::optional<SE3>& moved = on_way.moved;
-    stated = scan.time_increment > 0;
+    stated = on_way.scan.time_increment > 0;
     if (stated) return false;
-    if (!moved) before.reset();
-    Placed now{scan, last && moved ? last->T_start_body * *moved : SE3()};
-    if (last && before && moved) {
-      const double dt = now.scan.stamp - before->scan.stamp;
-      const SE3 way = before->T_start_body.inverse() * now.T_start_body;
-      finder.add(last->scan, planar_part(last->T_start_body), way.log() / dt);
-    }
-    before = moved ? std::move(last) : std::nullopt;
-    last = std::move(now);
-    return finder.wants_more();
+    watch.add(on_way.scan, on_way.moved);
+    return watch.wants_more();
   });
   if (stated) return {true, {}};
-  const auto found = ended() ? std::nullopt : finder.found();
+  const auto found = ended() ? std::nullopt : watch.found();
   if (!found) return {};
-  spdlog::info("scanner's sweep by turns: {:+.1f} +- {:.1f} ms from first beam to last",
-               1000 * found->sweep, 1000 * found->sigma);
-  metrics.counts["scanner_sweep_ms"] = 1000 * found->sweep;
+  tell_sweep(*found, metrics);
   return {false, found->sweep};
 }
 

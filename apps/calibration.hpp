@@ -34,6 +34,9 @@ struct Sweep {
   std::optional<double> found;  ///< s, by turns (SweepFinder); nullopt: scans fit as they are
 };
 
+/// Says what was found, in the log and in metrics.json.
+void tell_sweep(const SweepFinder::Found& found, io::Metrics& metrics);
+
 /// A first look over the scans of a level scanner, for its sweep. `recording` is used up.
 Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options, io::Metrics& metrics,
                  const std::function<bool()>& ended);

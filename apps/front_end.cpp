@@ -174,6 +174,7 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
       motion = move_by_scan(scan, guess, level);
     }
   }
+  if (level) watch_sweep(measured, wheels, motion, metrics);
   if (level && planar_)
     metrics.counts["ground_returns"] = static_cast<double>(ground_returns_ += ground);
   {

@@ -14,6 +14,7 @@
 #include <lamina/frontend/observation.hpp>
 #include <lamina/frontend/obstacles/obstacle_scanner.hpp>
 #include <lamina/frontend/odometry/scan_odometry.hpp>
+#include <lamina/frontend/odometry/sweep_watch.hpp>
 #include <lamina/frontend/segments/mounting_correction.hpp>
 #include <lamina/frontend/segments/segment_frontend.hpp>
 #include <lamina/io/metrics.hpp>
@@ -65,6 +66,8 @@ class FrontEnd {
   void correct_level_scanner(const MountingCorrection& correction) { level_scanner_ = correction; }
   /// s, of scans that do not say; before the first scan.
   void set_sweep(double sweep) { sweep_ = sweep; }
+  /// Looks for it on the way: where no look over the whole recording came before (online).
+  void watch_for_sweep() { sweep_watch_.emplace(); }
   /// Odometry of the whole recording, for the motion within scans alone; before the first scan.
   void look_ahead(WheelTrack wheels) { wheels_ahead_ = std::move(wheels); }
   /// Lets the body tilt where the ground does: where no image motions come later (offline) to say.
@@ -97,20 +100,21 @@ class FrontEnd {
            segments, scan_odometry, max_tilt, sweep, T_start_body, last_step, last_told, last_scan,
            T_start_scan_body, since_scan, scan_step, scan_interval, last_image, T_start_image,
            image_velocity, skipped, ground_returns, last_slope, last_two_slopes, slopes_seen,
-           since_image, lifted_since_scan, ever_lifted, follow_slopes, images_beside_wheels] = v;
+           since_image, lifted_since_scan, ever_lifted, follow_slopes, images_beside_wheels,
+           sweep_watch] = v;
     static_cast<void>(follow_slopes);         // of the mode
     static_cast<void>(images_beside_wheels);  // likewise
     static_cast<void>(distortion);            // of the recording, before it is mapped
     static_cast<void>(level_scanner);         // likewise
     static_cast<void>(planar);                // of the calibration
-    static_cast<void>(max_tilt);              // of the settings, as is the sweep
-    static_cast<void>(sweep);
-    static_cast<void>(wheels_ahead);  // of the recording, before it is mapped
-    static_cast<void>(obstacles);     // keeps buffers alone
+    static_cast<void>(max_tilt);              // of the settings
+    static_cast<void>(wheels_ahead);          // of the recording, before it is mapped
+    static_cast<void>(obstacles);             // keeps buffers alone
     a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, learned, met, images,
       segments, scan_odometry, T_start_body, last_step, last_told, last_scan, T_start_scan_body,
       since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns,
-      last_slope, last_two_slopes, slopes_seen, since_image, lifted_since_scan, ever_lifted);
+      last_slope, last_two_slopes, slopes_seen, since_image, lifted_since_scan, ever_lifted, sweep,
+      sweep_watch);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -124,6 +128,8 @@ class FrontEnd {
   std::optional<Vector6d> last_velocity() const;
   std::optional<Vector6d> told_otherwise(double dt, double sweep, const ScanMotion& motion,
                                          const std::optional<Vector6d>& used) const;
+  void watch_sweep(const LaserScan& measured, const std::optional<Increment>& wheels,
+                   const ScanMotion& motion, io::Metrics& metrics);
   LaserScan prepared(const LaserScan& measured, bool level, double sweep,
                      const std::optional<Vector6d>& velocity, std::int64_t& ground) const;
   std::optional<Step> process_scan(const LaserScan& measured, io::Metrics& metrics);
@@ -183,7 +189,7 @@ class FrontEnd {
   SegmentFrontend segments_;
   ScanOdometry scan_odometry_;
   double max_tilt_;   // rad between scanner and body plane: beyond, scans are not matched
-  double sweep_;      // s, of a scan that does not say
+  double sweep_;      // s, of a scan that does not say: as set, or found on the way
   SE3 T_start_body_;  // the chain of increments handed out so far
   std::optional<Timestamp> last_step_, last_told_;  // the latter: whose motion was measured
   std::optional<Timestamp> last_scan_;
@@ -204,6 +210,7 @@ class FrontEnd {
   bool ever_lifted_ = false;
   bool follow_slopes_ = false;
   bool images_beside_wheels_ = false;
+  std::optional<SweepWatch> sweep_watch_;
 };
 
 }  // namespace lamina::apps

@@ -1,6 +1,7 @@
 // Scans as of one instant: what the body did while the beam went round taken out.
 #include <cmath>
 
+#include <lamina/apps/calibration.hpp>
 #include <lamina/apps/front_end.hpp>
 #include <lamina/frontend/odometry/sweep.hpp>
 #include <lamina/frontend/segments/ground_returns.hpp>
@@ -35,6 +36,24 @@ std::optional<Vector6d> FrontEnd::told_otherwise(double dt, double sweep, const 
   const Vector6d off = sweep * (velocity - used.value_or(Vector6d::Zero()));
   if (off.head<3>().norm() < kMetres && off.tail<3>().norm() < kRadians) return std::nullopt;
   return velocity;
+}
+
+// Once the sweep is found, scans are straightened from the next one on.
+void FrontEnd::watch_sweep(const LaserScan& measured, const std::optional<Increment>& wheels,
+                           const ScanMotion& motion, io::Metrics& metrics) {
+  if (!sweep_watch_ || sweep_watch_->done() || measured.time_increment > 0) return;
+  const auto timer = metrics.time("scanner_sweep");
+  std::optional<SE3> moved;
+  if (wheels) {
+    moved = wheels->T_from_to;
+  } else if (last_scan_ && motion.status == ScanMotion::Status::kTracked) {
+    moved = motion.T_prev_curr_body;
+  }
+  sweep_watch_->add(measured, moved);
+  const auto found = sweep_watch_->found_on_the_way();
+  if (!found) return;
+  tell_sweep(*found, metrics);
+  sweep_ = found->sweep;
 }
 
 // The scan as the front-ends take it; returns from the ground are left out, and counted.

@@ -337,6 +337,7 @@ int run_map(const MapRequest& request) {
     recording = run.open_again();
   };
   const bool offline = !request.online && !live;
+  if (!offline && settings.find_sweep && settings.sweep == 0) front_end.watch_for_sweep();
   if (offline && settings.calibrate_depth && sensors.depth_camera) {
     look("depth_calibration", [&](Recording& all) {
       front_end.correct_depth(calibrate_depth(all, settings.floor, output.metrics, ended));

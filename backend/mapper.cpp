@@ -230,10 +230,15 @@ void Mapper::add_to_plane(PlaneId id, const PlaneEvidence& evidence, Timestamp s
   } else {
     known->second.join(evidence);
   }
-  const auto factor = std::find_if(
+  auto factor = std::find_if(
       graph_.plane_moments.rbegin(), graph_.plane_moments.rend(),
       [&](const PlaneMomentsFactor& f) { return f.keyframe == keyframe_ && f.plane == id; });
-  LAMINA_CHECK(factor != graph_.plane_moments.rend());
+  if (factor == graph_.plane_moments.rend()) {
+    // A refinement since gave what the keyframe had seen to another plane: begun anew.
+    known->second = evidence;
+    graph_.plane_moments.push_back({keyframe_, id, {}, ExtrinsicsId::kNone, 1.0});
+    factor = graph_.plane_moments.rbegin();
+  }
   factor->moments_body = factor_moments(known->second);
   window_.set(*factor);
   ++plane.observations;

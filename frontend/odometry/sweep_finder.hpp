@@ -29,9 +29,17 @@ class SweepFinder {
   void add(const LaserScan& scan, const PlanarPose& T_start_body, const Vector6d& velocity);
   /// False once more scans would change nothing.
   bool wants_more() const { return pairs_.size() < kMostPairs; }
+  /// Pairs gathered so far.
+  std::size_t pairs() const { return pairs_.size(); }
   /// nullopt where the scans fit best as they are, hardly fit better otherwise (10 %, four sigmas
   /// of the gain between groups of pairs), or were too few.
   std::optional<Found> found() const;
+
+  /// For archives (models/archive.hpp).
+  template <class A>
+  friend void fields(A& a, SweepFinder& v) {
+    a(v.near_, v.pairs_, v.last_pair_, v.last_stamp_, v.interval_);
+  }
 
  private:
   struct Shot {
@@ -39,9 +47,17 @@ class SweepFinder {
     PlanarPose T_start_body;
     Vector6d velocity;
     double turn_rate() const { return velocity(5); }
+    template <class A>
+    friend void fields(A& a, Shot& v) {
+      a(v.scan, v.T_start_body, v.velocity);
+    }
   };
   struct Pair {
     Shot still, turning;  ///< by their turn rates' difference
+    template <class A>
+    friend void fields(A& a, Pair& v) {
+      a(v.still, v.turning);
+    }
   };
   static constexpr std::size_t kMostPairs = 100;
 

@@ -1,5 +1,8 @@
 // A scanner whose beam takes a tenth of a second, of which the recording says nothing.
+#include <nlohmann/json.hpp>
+
 #include <lamina/apps/calibration.hpp>
+#include <lamina/apps/mapping.hpp>
 #include <lamina/sensors/recording.hpp>
 
 #include "faulty_room.hpp"
@@ -20,6 +23,20 @@ TEST(UnknownSweep, IsFoundAndTakenOut) {
   simulate_slow_scans(folder.path() / "data");
   const Outcome outcome = map_and_evaluate(folder, folder.path() / "data");
   EXPECT_LT(outcome.ate, 0.01);
+}
+
+TEST(UnknownSweep, IsFoundOnTheWayOnline) {
+  const Folder folder;
+  simulate_slow_scans(folder.path() / "data");
+  MapRequest request;
+  request.input = (folder.path() / "data").string();
+  request.output = folder.path() / "map";
+  request.quiet = request.online = true;
+  ASSERT_EQ(run_map(request), 0);
+  std::ifstream in(request.output / "metrics.json");
+  const auto counts = nlohmann::json::parse(in)["counts"];
+  ASSERT_TRUE(counts.contains("scanner_sweep_ms"));
+  EXPECT_NEAR(counts["scanner_sweep_ms"].get<double>(), 100, 15);
 }
 
 TEST(UnknownSweep, WheelsAfterTheScanTellItsMotion) {

@@ -46,5 +46,34 @@ TEST(MapperMerge, AMergeIsTakenBackWithItsEvidence) {
   EXPECT_TRUE(mapper.graph().problems().empty());
 }
 
+// Undoing, as refinement does, gives views of the present keyframe to other planes: the next frame
+// of that keyframe finds none of its plane.
+TEST(MapperMerge, FramesGoOnAfterTheKeyframesViewsWentToAnotherPlane) {
+  constexpr unsigned kSeed = 2;
+  const auto room = make_room();
+  Mapper mapper = doubled(kSeed, room);
+  mapper.refine();
+  std::vector<PlaneId> merged;
+  for (const auto& plane : mapper.graph().planes) {
+    if (!plane.active && plane.merged_into != PlaneId::kNone) merged.push_back(plane.id);
+  }
+  const KeyframeId keyframe = mapper.graph().keyframes.back().id;
+  bool of_this_keyframe = false;
+  for (const PlaneId from : merged) {
+    mapper.undo_merge(from);
+    for (const auto& f : mapper.graph().plane_moments) {
+      of_this_keyframe = of_this_keyframe || (f.keyframe == keyframe && f.plane == from);
+    }
+  }
+  ASSERT_TRUE(of_this_keyframe);
+  Sensor sensor(7);
+  const SE3 here = Drive(360, 180, kSeed).truth.back();
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_NO_THROW(mapper.add(sensor.depth(here, at_frame(400 + i), room), SE3(),
+                               1e-8 * Matrix6d::Identity()));
+  }
+  EXPECT_TRUE(mapper.graph().problems().empty());
+}
+
 }  // namespace
 }  // namespace lamina

@@ -1,0 +1,35 @@
+// Velocities between neighbours; when to ask.
+#include <lamina/frontend/odometry/sweep_watch.hpp>
+
+#include <cmath>
+#include <utility>
+
+namespace lamina {
+
+void SweepWatch::add(const LaserScan& scan, const std::optional<SE3>& moved) {
+  if (!moved) before_.reset();
+  Placed now{scan, last_ && moved ? last_->T_start_body * *moved : SE3()};
+  if (last_ && before_ && moved) {
+    const double dt = now.scan.stamp - before_->scan.stamp;
+    const SE3 way = before_->T_start_body.inverse() * now.T_start_body;
+    finder_.add(last_->scan, planar_part(last_->T_start_body), way.log() / dt);
+  }
+  before_ = moved ? std::move(last_) : std::nullopt;
+  last_ = std::move(now);
+}
+
+std::optional<SweepFinder::Found> SweepWatch::found_on_the_way() {
+  if (done_) return std::nullopt;
+  const bool all = !wants_more();
+  if (!all && finder_.pairs() < ask_at_) return std::nullopt;
+  ask_at_ = 2 * ask_at_;
+  const auto found = finder_.found();
+  constexpr double kSure = 0.05;  // of the sweep, 1-sigma
+  if (all || (found && found->sigma < kSure * std::abs(found->sweep))) {
+    *this = SweepWatch();  // its scans are needed no more
+    done_ = true;
+  }
+  return found;
+}
+
+}  // namespace lamina
