@@ -4,17 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include <lamina/frontend/segments/arc_fit.hpp>
 #include <lamina/models/error.hpp>
 
 namespace lamina {
 namespace {
 // Places tried evenly along a run before the best is refined by halving steps.
 constexpr int kSplitCandidates = 16;
-// A parameter more must gain this much chi-squared when an arc competes with lines.
-constexpr double kArcParameterCost = 5;
-// How much more than the threshold of a split a chord of an arc may miss by.
-constexpr double kArcMissFactor = 6;
 // The scatter that the returns of two lines leave raises the bar of a merge up to this.
 constexpr double kMaxScatter = 3;
 // How far behind a line a return must lie to prove an opening (m, and sigmas).
@@ -164,80 +159,6 @@ void SegmentExtractor::merge_seam() {
   append(joined, runs_.front());
   runs_.pop_back();
   runs_.front() = std::move(joined);
-}
-
-// Could an arc look like these lines? It turns the same way at every joint, and by no more than
-// chords turn that were not worth splitting: on an arc a chord of length L that meets its
-// neighbours at the angle b misses by 0.3 L b / 8 (root mean square).
-bool SegmentExtractor::arc_is_possible(std::size_t first, std::size_t last) const {
-  Eigen::Vector2d before = Eigen::Vector2d::Zero();
-  double side = 0, before_length = 0;
-  int before_count = 0;
-  for (std::size_t k = first; k <= last; ++k) {
-    Eigen::Vector2d line;
-    const Run& run = runs_[k];
-    if (!run.sums.solve(line.x(), line.y())) return false;
-    line.normalize();
-    const double length = (points_.point(run.end() - 1) - points_.point(run.begin())).norm();
-    if (k > first) {
-      const double turn =
-          std::asin(std::clamp(before.x() * line.y() - before.y() * line.x(), -1.0, 1.0));
-      if (before.dot(line) < 0 || turn * side < 0) return false;
-      side = turn;
-      const auto too_much = [&](double chord, int count) {
-        const double miss = 0.3 * chord * turn / 8 / points_.sigma_r();
-        return count * miss * miss > kArcMissFactor * threshold(count);
-      };
-      if (too_much(length, run.sums.count) || too_much(before_length, before_count)) return false;
-    }
-    before = line;
-    before_length = length;
-    before_count = run.sums.count;
-  }
-  return true;
-}
-
-bool SegmentExtractor::arc_wins(std::size_t first, std::size_t last) const {
-  std::vector<int> indices;
-  double lines = 0;
-  for (std::size_t k = first; k <= last; ++k) {
-    for (const auto& [begin, end] : runs_[k].parts) {
-      for (int i = begin; i < end; ++i) indices.push_back(i);
-    }
-    lines += runs_[k].sums.cost();
-  }
-  const double pieces = static_cast<double>(last - first + 1);
-  // Two lines meeting are the ordinary corner: an arc must win without any discount.
-  const double discount = pieces > 2 ? (3 * pieces - 1 - 3) * kArcParameterCost : 0;
-  const double cap = options_.outlier_sigma * options_.outlier_sigma;
-  const std::optional<double> arc = arc_cost(points_, indices, cap);
-  return arc && *arc < lines + discount;
-}
-
-// Windows of three neighbouring pieces, then of two: a piece of a column or a tank is none of a
-// plane.
-void SegmentExtractor::drop_curved(Segments& out) {
-  std::vector<char> curved(runs_.size(), 0);
-  for (const std::size_t window : {std::size_t{3}, std::size_t{2}}) {
-    for (std::size_t i = 0; i + window <= runs_.size(); ++i) {
-      bool chain = true;
-      for (std::size_t k = i; k < i + window; ++k) {
-        chain &= runs_[k].sums.count >= 4 && (k == i || contiguous(runs_[k - 1], runs_[k]));
-      }
-      if (!chain || !arc_is_possible(i, i + window - 1) || !arc_wins(i, i + window - 1)) continue;
-      std::fill_n(curved.begin() + static_cast<std::ptrdiff_t>(i), window, 1);
-    }
-  }
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < runs_.size(); ++i) {
-    if (curved[i]) {
-      ++out.curved;
-    } else {
-      if (kept != i) runs_[kept] = std::move(runs_[i]);
-      ++kept;
-    }
-  }
-  runs_.resize(kept);
 }
 
 void SegmentExtractor::drop_debris() {

@@ -1,9 +1,11 @@
 // Split-and-merge: a 2D scan to straight segments and loose points.
 #pragma once
 
+#include <optional>
 #include <utility>
 #include <vector>
 
+#include <lamina/frontend/segments/arc_fit.hpp>
 #include <lamina/frontend/segments/line_fit.hpp>
 #include <lamina/frontend/segments/scan_points.hpp>
 #include <lamina/frontend/segments/segment_options.hpp>
@@ -58,7 +60,13 @@ class SegmentExtractor {
   void split(int begin, int end);
   void merge_neighbours();
   void merge_seam();
+  // Pieces of surfaces that bend (segment_curves.cpp).
   void drop_curved(Segments& out);
+  std::vector<char> chords() const;
+  void doubt_straight(std::vector<char>& curved) const;
+  std::optional<Arc> arc_through(std::size_t first, std::size_t last) const;
+  bool arc_is_possible(std::size_t first, std::size_t last) const;
+  bool arc_wins(std::size_t first, std::size_t last) const;
   void drop_debris();
   void refine_boundaries();
   void refine_boundary(Run& a, Run& b) const;
@@ -67,8 +75,6 @@ class SegmentExtractor {
   void bridge();
   bool can_bridge(const Run& a, const Run& b) const;
   bool seen_through(const InverseRangeSums& both, int from, int to) const;
-  bool arc_is_possible(std::size_t first, std::size_t last) const;
-  bool arc_wins(std::size_t first, std::size_t last) const;
   bool acceptable(const ScanSegment& segment) const;
   void emit(const Run& run, Segments& out);
   static void append(Run& a, const Run& b);

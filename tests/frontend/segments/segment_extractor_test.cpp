@@ -182,6 +182,56 @@ TEST(SegmentExtractor, CurvedSurfacesAreNotLines) {
   EXPECT_LE(segments, 2);
 }
 
+// A wall round the origin, seen from inside or outside.
+std::vector<Wall> round_wall(const Eigen::Vector2d& centre, double radius) {
+  std::vector<Wall> walls;
+  for (int i = 0; i < 720; ++i) {
+    const double a = i * M_PI / 360, b = (i + 1) * M_PI / 360;
+    walls.push_back({centre + radius * Eigen::Vector2d(std::cos(a), std::sin(a)),
+                     centre + radius * Eigen::Vector2d(std::cos(b), std::sin(b))});
+  }
+  return walls;
+}
+
+// Chords of a round corridor slide along with the robot; taken for walls they turn the map.
+TEST(SegmentExtractor, WallsOfARoundCorridorAreNotLines) {
+  ScanMaker maker;
+  maker.beams = 181;
+  maker.fov = M_PI;
+  maker.range_max = 8;
+  maker.noise.range_sigma = 0.03;
+  std::vector<Wall> walls = round_wall({0, 10}, 8.8);
+  for (const Wall& wall : round_wall({0, 10}, 11.2)) walls.push_back(wall);
+  std::mt19937 random(4);
+  SegmentExtractor extractor;
+  int segments = 0;
+  constexpr int kScans = 50;
+  for (int k = 0; k < kScans; ++k) {
+    segments += static_cast<int>(extractor.extract(maker.scan(walls, random)).segments.size());
+  }
+  EXPECT_LE(segments, kScans / 5);
+}
+
+// A long wall is a wall beside a round one, too.
+TEST(SegmentExtractor, AStraightWallBesideARoundOneIsFound) {
+  ScanMaker maker;
+  maker.beams = 361;
+  maker.fov = M_PI;
+  maker.noise.range_sigma = 0.02;
+  std::vector<Wall> walls = round_wall({0, -4}, 3);
+  walls.push_back({{-6, 1.5}, {6, 1.5}});
+  std::mt19937 random(4);
+  SegmentExtractor extractor;
+  int found = 0;
+  constexpr int kScans = 50;
+  for (int k = 0; k < kScans; ++k) {
+    for (const ScanSegment& s : extractor.extract(maker.scan(walls, random)).segments) {
+      found += s.length() > 3 && std::abs(s.rho - 1.5) < 0.05 ? 1 : 0;
+    }
+  }
+  EXPECT_GE(found, kScans - 1);
+}
+
 TEST(SegmentExtractor, OddScansDoNoHarm) {
   SegmentExtractor extractor;
   LaserScan scan;
