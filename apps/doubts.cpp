@@ -29,13 +29,21 @@ std::vector<std::string> doubts(const std::string& input, const FrontEnd& front_
         "odometry, or do its stamps not meet theirs? (`lamina info` tells)",
         unknown, steps));
   }
+  constexpr double kLong = 0.5;  // m of open way in a row
+  if (const double way = metrics.counts["scans_open_direction_longest_m"]; way > kLong) {
+    all.push_back(fmt::format(
+        "{:.0f} scans left a direction of their motion open and no wheels told it, over {:.1f} m "
+        "of way in a row (a bare corridor, longer than the scanner sees): along it the path is a "
+        "guess there, off by part of that way",
+        metrics.counts["scans_with_open_direction"], way));
+  }
   const double open = metrics.counts["steps_with_open_direction"];
   if (open > 0.5 * steps) {
     all.push_back(fmt::format(
         "{:.0f} of {:.0f} images left a direction of their motion open (bare corridors, walls out "
         "of range): along it the path is a guess; wheel odometry or a scanner would tell",
         open, steps));
-  } else if (constexpr double kLong = 0.5; metrics.counts["open_direction_longest_m"] > kLong) {
+  } else if (metrics.counts["open_direction_longest_m"] > kLong) {
     all.push_back(fmt::format(
         "images left a direction of their motion open over {:.1f} m of way in a row (a bare wall, "
         "nothing else in range): along it the path is a guess there, off by part of that way",

@@ -201,6 +201,7 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
   if (last_scan_) {
     step.motion_known =
         (guess.has_value() && !step.tracking_lost) || motion.status == ScanMotion::Status::kTracked;
+    step.open_direction = !guess && motion.status == ScanMotion::Status::kDegenerate;
   }
   point_up(step);
   lifted_since_scan_.reset();

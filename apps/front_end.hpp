@@ -31,7 +31,8 @@ struct Step {
   /// image that tells no motion (or not surely, after a long gap) where no wheels do: the robot was
   /// carried away, the world changed, or nothing was seen. Its motion is a guess.
   bool tracking_lost = false;
-  bool open_direction = false;            ///< an image told the motion, but not in all directions
+  /// An image, or a scan without wheels, told the motion, but not in all directions.
+  bool open_direction = false;
   bool by_image = false;                  ///< images alone told the motion
   bool slopes = false;                    ///< an image; of late the ground changed its slope
   SE3 T_start_body;                       ///< all motions so far, chained: dead reckoning

@@ -110,7 +110,6 @@ void MapOutput::add(const Step& step, const AddResult& added) {
   ++metrics.counts["steps"];
   if (added.is_keyframe) ++metrics.counts["keyframes"];
   if (!step.motion_known) ++metrics.counts["steps_with_unknown_motion"];
-  if (step.open_direction) ++metrics.counts["steps_with_open_direction"];
   note_open_way(step);
   note_tracking(step.observations.stamp, step.tracking_lost);
   if (added.loop_closed) ++metrics.counts["loops"];
@@ -118,12 +117,18 @@ void MapOutput::add(const Step& step, const AddResult& added) {
   if (step.obstacles) add_obstacles(*step.obstacles, step.T_body_levelled);
 }
 
-// How far images in a row left a direction of their motion open.
+// How far images in a row, or scans, left a direction of their motion open.
 void MapOutput::note_open_way(const Step& step) {
-  open_way_ = step.open_direction ? open_way_ + step.motion.T_from_to.translation().norm() : 0;
-  if (open_way_ == 0) return;
-  double& longest = metrics.counts["open_direction_longest_m"];
-  longest = std::max(longest, open_way_);
+  const bool scan = step.scan.has_value();
+  if (step.open_direction) {
+    ++metrics.counts[scan ? "scans_with_open_direction" : "steps_with_open_direction"];
+  }
+  double& way = scan ? open_scan_way_ : open_way_;
+  way = step.open_direction ? way + step.motion.T_from_to.translation().norm() : 0;
+  if (way == 0) return;
+  double& longest =
+      metrics.counts[scan ? "scans_open_direction_longest_m" : "open_direction_longest_m"];
+  longest = std::max(longest, way);
 }
 
 void MapOutput::note_tracking(Timestamp stamp, bool lost) {

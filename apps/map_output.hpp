@@ -66,9 +66,9 @@ class MapOutput {
   Trajectory before_;
   void note_open_way(const Step& step);
   void note_tracking(Timestamp stamp, bool lost);
-  std::optional<Timestamp> tracked_;  // the last step whose motion was known
-  bool lost_ = false;                 // at the last step
-  double open_way_ = 0;               // m of it up to the last step that images left open
+  std::optional<Timestamp> tracked_;         // the last step whose motion was known
+  bool lost_ = false;                        // at the last step
+  double open_way_ = 0, open_scan_way_ = 0;  // m up to the last step that images, scans left open
   std::string summary_;
 };
 

@@ -29,5 +29,18 @@ TEST(Doubts, MostImagesOpenIsToldOnce) {
   EXPECT_NE(told[0].find("800 of 1000 images"), std::string::npos) << told[0];
 }
 
+TEST(Doubts, ScansAloneInABareCorridorAreTold) {
+  const FrontEnd front_end({}, {});
+  io::Metrics metrics;
+  metrics.counts = {
+      {"steps", 1000}, {"scans_with_open_direction", 100}, {"scans_open_direction_longest_m", 6.2}};
+  const auto told = doubts("recording", front_end, metrics);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("100 scans left a direction"), std::string::npos) << told[0];
+  EXPECT_NE(told[0].find("over 6.2 m of way in a row"), std::string::npos) << told[0];
+  metrics.counts["scans_open_direction_longest_m"] = 0.4;
+  EXPECT_TRUE(doubts("recording", front_end, metrics).empty());
+}
+
 }  // namespace
 }  // namespace lamina::apps
