@@ -35,7 +35,8 @@ std::vector<Setting> general_rows() {
           "do): scans are straightened by the motion in that time; negative: the last beam comes "
           "first; 0: all beams at once, or found (lidar.find_sweep)"),
       LAMINA_ROW("lidar.find_sweep", find_sweep,
-                 "turns tell the sweep where neither recording nor setting do; online once there were enough"),
+                 "turns tell the sweep where neither recording nor setting do; online once there "
+                 "were enough"),
       LAMINA_ROW("topics.scan", topics["scan"],
                  "topic of a ROS bag to take as scans; \"\": the one of that type"),
       LAMINA_ROW("topics.depth", topics["depth"], "likewise, depth images"),
