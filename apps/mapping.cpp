@@ -13,8 +13,8 @@
 #include <lamina/apps/calibration.hpp>
 #include <lamina/apps/checkpoint.hpp>
 #include <lamina/apps/dead_reckoning.hpp>
-#include <lamina/apps/depth_calibration.hpp>
 #include <lamina/apps/doubts.hpp>
+#include <lamina/apps/first_looks.hpp>
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/interrupt.hpp>
 #include <lamina/apps/live.hpp>
@@ -329,38 +329,9 @@ int run_map(const MapRequest& request) {
   }
   if (!live) run.open_again = [&] { return open_recording(request.input, options); };
   const auto ended = [&] { return run.interrupt.interrupted(); };
-  // After a look the recording is opened anew: some players bear no other beside them.
-  const auto look = [&](const char* stage, const auto& at) {
-    const auto timer = output.metrics.time(stage);
-    at(*recording);
-    recording.reset();
-    recording = run.open_again();
-  };
   const bool offline = !request.online && !live;
   if (!offline && settings.find_sweep && settings.sweep == 0) front_end.watch_for_sweep();
-  if (offline && settings.calibrate_depth && sensors.depth_camera) {
-    look("depth_calibration", [&](Recording& all) {
-      front_end.correct_depth(calibrate_depth(all, settings.floor, output.metrics, ended));
-    });
-  }
-  if (offline) {
-    Sweep sweep{settings.sweep != 0, {}};
-    if (settings.sweep == 0 && settings.find_sweep) {
-      look("scanner_sweep", [&](Recording& all) {
-        sweep = find_sweep(all, settings.scan_odometry, output.metrics, ended);
-      });
-    }
-    if (sweep.found) front_end.set_sweep(*sweep.found);
-    if (sweep.found || sweep.stated) {
-      look("scanner_sweep", [&](Recording& all) { front_end.look_ahead(all_wheels(all, ended)); });
-    }
-  }
-  if (offline && settings.calibrate_mountings) {
-    look("scanner_lean", [&](Recording& all) {
-      const auto lean = find_lean(all, settings.scan_odometry, output.metrics, ended);
-      if (lean) front_end.correct_level_scanner(*lean);
-    });
-  }
+  if (offline) look_ahead({recording, run.open_again, settings, output.metrics, ended}, front_end);
   const Mapper mapper = request.online ? map_online(run) : map_offline(run);
   output.add_skipped(recording->skipped());
   output.add_skipped(front_end.skipped());

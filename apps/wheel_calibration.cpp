@@ -18,20 +18,6 @@ SE3 corrected_motion(const Step& step, const Vector& errors) {
   return told_by_wheels(step) ? corrected(step.motion.T_from_to, errors) : step.motion.T_from_to;
 }
 
-Graph refined_graph(const std::vector<Step>& steps, const Vector& errors,
-                    const MapperOptions& options, const std::function<bool()>& ended) {
-  Mapper mapper(options);
-  for (std::size_t i = 0; i < steps.size() && !ended(); ++i) {
-    // The first motion is the first pose.
-    const SE3 T = i == 0 ? steps[i].motion.T_from_to : corrected_motion(steps[i], errors);
-    mapper.add(steps[i].observations, T, steps[i].motion.covariance);
-  }
-  RefineOptions quick;
-  quick.thorough = false;
-  mapper.refine(quick, [&](const RefineProgress&) { return !ended(); });
-  return mapper.graph();
-}
-
 }  // namespace
 
 Eigen::Vector2d camera_place(const std::vector<Step>& steps) {
@@ -57,6 +43,20 @@ bool wheels_and_images_alone(const std::vector<Step>& steps) {
                       [](const Step& step) { return step.scan.has_value(); });
 }
 
+Graph quick_map(const std::vector<Step>& steps, const Vector& errors,
+                const MapperOptions& options, const std::function<bool()>& ended) {
+  Mapper mapper(options);
+  for (std::size_t i = 0; i < steps.size() && !ended(); ++i) {
+    // The first motion is the first pose.
+    const SE3 T = i == 0 ? steps[i].motion.T_from_to : corrected_motion(steps[i], errors);
+    mapper.add(steps[i].observations, T, steps[i].motion.covariance);
+  }
+  RefineOptions quick;
+  quick.thorough = false;
+  mapper.refine(quick, [&](const RefineProgress&) { return !ended(); });
+  return mapper.graph();
+}
+
 std::optional<WheelCalibration> calibrate_wheels(std::vector<Step>& steps,
                                                  const MapperOptions& options, bool remounting,
                                                  const std::function<bool()>& ended) {
@@ -68,7 +68,7 @@ std::optional<WheelCalibration> calibrate_wheels(std::vector<Step>& steps,
   if (fixed) prior.fix_direction();
   WheelErrors all;
   for (int pass = 0; pass < kMostPasses; ++pass) {
-    const Graph graph = refined_graph(steps, all.value, options, ended);
+    const Graph graph = quick_map(steps, all.value, options, ended);
     if (ended()) return std::nullopt;
     const auto estimate = [&] {
       return estimate_wheel_errors(graph, prior.information(), all.value);

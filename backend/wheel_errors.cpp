@@ -1,11 +1,11 @@
-// The bordered system, by the graph's own normal equations.
+// Odometry factors with errors, and without.
 #include <lamina/backend/wheel_errors.hpp>
 
 #include <Eigen/Cholesky>
 #include <cmath>
 
 #include <lamina/backend/factors/odometry.hpp>
-#include <lamina/backend/normal_equations.hpp>
+#include <lamina/backend/shared_errors.hpp>
 
 namespace lamina {
 namespace {
@@ -14,18 +14,11 @@ constexpr double kDelta = 1e-4;  // of an error, for differences
 constexpr int kCount = WheelErrors::kCount;
 using Vector = WheelErrors::Vector;
 using Matrix = WheelErrors::Matrix;
-constexpr double kDamping = 1e-9;  // relative: directions that nothing tells stay put
 
 Graph with_errors(const Graph& graph, const Vector& errors) {
   Graph changed = graph;
   for (OdometryFactor& f : changed.odometry) f.T_from_to = corrected(f.T_from_to, errors);
   return changed;
-}
-
-Eigen::VectorXd gradient_with(const Graph& graph, const Vector& errors) {
-  NormalEquations equations(with_errors(graph, errors));
-  equations.linearize();
-  return equations.gradient();
 }
 
 Vector6d residual(const Graph& graph, OdometryFactor factor, const Vector& errors) {
@@ -37,6 +30,20 @@ Vector6d residual(const Graph& graph, OdometryFactor factor, const Vector& error
 }
 
 }  // namespace
+
+WheelTerms wheel_terms(const Graph& graph) {
+  WheelTerms sum;
+  for (const OdometryFactor& f : graph.odometry) {
+    Eigen::Matrix<double, 6, kCount> j;
+    for (int k = 0; k < kCount; ++k) {
+      const Vector d = kDelta * Vector::Unit(k);
+      j.col(k) = (residual(graph, f, d) - residual(graph, f, -d)) / (2 * kDelta);
+    }
+    sum.C += j.transpose() * j;
+    sum.g += j.transpose() * residual(graph, f, Vector::Zero());
+  }
+  return sum;
+}
 
 SE3 corrected(const SE3& T_from_to, const WheelErrors::Vector& errors) {
   const Eigen::Vector3d& t = T_from_to.translation();
@@ -52,38 +59,15 @@ std::optional<WheelErrors> estimate_wheel_errors(const Graph& graph,
                                                  const Matrix& prior_information,
                                                  const Vector& already) {
   if (graph.odometry.empty()) return std::nullopt;
-  NormalEquations equations(graph);
-  if (equations.dimension() == 0) return std::nullopt;
-  equations.linearize();
-  Eigen::VectorXd damping = kDamping * equations.diagonal();
-  for (double& d : damping) d = std::max(d, 1e-12);
-  if (!equations.factorize(damping)) return std::nullopt;
-
-  Eigen::MatrixXd B(equations.dimension(), kCount), H_inverse_B(equations.dimension(), kCount);
-  for (int k = 0; k < kCount; ++k) {
-    const Vector d = kDelta * Vector::Unit(k);
-    B.col(k) = (gradient_with(graph, d) - gradient_with(graph, -d)) / (2 * kDelta);
-    H_inverse_B.col(k) = equations.solve(B.col(k));
-  }
-  Matrix C = prior_information;
-  Vector g = prior_information * already;
-  for (const OdometryFactor& f : graph.odometry) {
-    Eigen::Matrix<double, 6, kCount> j;
-    for (int k = 0; k < kCount; ++k) {
-      const Vector d = kDelta * Vector::Unit(k);
-      j.col(k) = (residual(graph, f, d) - residual(graph, f, -d)) / (2 * kDelta);
-    }
-    C += j.transpose() * j;
-    g += j.transpose() * residual(graph, f, Vector::Zero());
-  }
-  const Matrix S = C - B.transpose() * H_inverse_B;
-  const Eigen::LLT<Matrix> llt(0.5 * (S + S.transpose()));
-  if (llt.info() != Eigen::Success) return std::nullopt;
-  WheelErrors result;
-  result.value = -llt.solve(g - H_inverse_B.transpose() * equations.gradient());
-  result.covariance = llt.solve(Matrix::Identity());
-  if (!result.value.allFinite() || !result.covariance.allFinite()) return std::nullopt;
-  return result;
+  const auto [C, g] = wheel_terms(graph);
+  SharedErrorModel model;
+  model.corrected = [](const Graph& of, const Eigen::VectorXd& e) { return with_errors(of, e); };
+  model.C = prior_information + C;
+  model.g = prior_information * already + g;
+  model.delta = kDelta;
+  const auto found = estimate_shared_errors(graph, model);
+  if (!found) return std::nullopt;
+  return WheelErrors{found->value, found->covariance};
 }
 
 }  // namespace lamina

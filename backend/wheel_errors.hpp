@@ -32,12 +32,16 @@ struct WheelErrors {
 /// The increment as these errors correct it.
 SE3 corrected(const SE3& T_from_to, const WheelErrors::Vector& errors);
 
-/// One Gauss-Newton step of a refined graph in which the six errors of all its
-/// odometry factors are states beside poses and planes:
-///   [H  B] [dx]     [J^T r]
-///   [B' C] [de] = - [j^T r]     solved for de with x eliminated,
-/// B by central differences of the gradient, C and j by those of the whitened odometry residuals.
-/// The errors are zero with `prior_information`, of which the graph's odometry was corrected by
+/// What a graph's odometry factors say of the errors, its states held: j^T j and j^T r, j the
+/// derivatives of the whitened residuals by central differences.
+struct WheelTerms {
+  WheelErrors::Matrix C = WheelErrors::Matrix::Zero();
+  WheelErrors::Vector g = WheelErrors::Vector::Zero();
+};
+WheelTerms wheel_terms(const Graph& graph);
+
+/// estimate_shared_errors() of a refined graph for the six errors of all its odometry factors. The
+/// errors are zero with `prior_information`, of which the graph's odometry was corrected by
 /// `already`: what is told is what must be added to that. nullopt where the graph has no odometry,
 /// or its system cannot be solved.
 std::optional<WheelErrors> estimate_wheel_errors(

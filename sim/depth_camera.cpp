@@ -152,6 +152,10 @@ DepthRenderer::DepthRenderer(const Caster& caster, const DepthCamera& camera,
   } else {
     distortion_.assign(size, 0.0F);
   }
+  for (std::size_t i = 0; effects_.distortion && i < size; ++i) {
+    const double u = static_cast<double>(i % static_cast<std::size_t>(c.width));
+    distortion_[i] += static_cast<float>(effects_.slope_px * ((u + 0.5) / c.width - 0.5));
+  }
   ray_length_.resize(size);
   for (int v = 0; v < c.height; ++v) {
     for (int u = 0; u < c.width; ++u) {

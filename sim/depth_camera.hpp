@@ -36,7 +36,9 @@ struct DepthEffects {
   double grazing_deg = 80;          ///< deg from the normal; half of the pixels are lost there
   double grazing_band_deg = 2;      ///< deg; nothing is lost below, all is lost above this band
   double distortion_sigma_px = -1;  ///< px of disparity; negative: the model's disparity_floor
-  double dropout = 0;               ///< probability that a pixel has no measurement, anywhere
+  double slope_px =
+      0;  ///< of the distortion: px of disparity from the left of the image to the right
+  double dropout = 0;  ///< probability that a pixel has no measurement, anywhere
 
   static DepthEffects none();
 };

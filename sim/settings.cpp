@@ -157,6 +157,7 @@ DepthSensor make_depth(Settings& s, const RigDefaults& d) {
   e.lateral_sigma_px = s.number("effects.lateral_sigma_px", e.lateral_sigma_px);
   e.grazing_deg = s.number("effects.grazing_deg", e.grazing_deg);
   e.distortion_sigma_px = s.number("effects.distortion_sigma_px", e.distortion_sigma_px);
+  e.slope_px = s.number("effects.slope_px", e.slope_px);
   e.dropout = s.number("effects.dropout", e.dropout);
   out.rate_hz = s.number("camera.rate_hz", d.camera_rate);
   return out;

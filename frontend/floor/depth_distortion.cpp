@@ -83,6 +83,25 @@ void DepthDistortion::hold_within(double low, double high) {
   for (float& e : field_) e = std::clamp(e, a, b);
 }
 
+void DepthDistortion::add(const InverseDepthError& error, const DepthFrame& like) {
+  const double fb = like.camera.noise.focal_baseline;
+  if (!std::isfinite(fb) || !(fb > 0)) return;
+  if (field_.empty()) {
+    width_ = like.width();
+    height_ = like.height();
+    field_.assign(like.raw.size(), 0);
+  }
+  if (like.width() != width_ || like.height() != height_) return;
+  const CameraModel& c = like.camera.camera;
+  std::size_t i = 0;
+  for (int v = 0; v < height_; ++v) {
+    for (int u = 0; u < width_; ++u) {
+      const Eigen::Vector3d ray((u - c.cx) / c.fx, (v - c.cy) / c.fy, 1);
+      field_[i++] += static_cast<float>(fb * error.e.dot(ray));
+    }
+  }
+}
+
 void DepthDistortion::correct(DepthFrame& frame) const {
   const double scale = frame.camera.noise.focal_baseline * frame.camera.depth_scale;
   if (frame.width() != width_ || frame.height() != height_ || frame.raw.size() != field_.size() ||

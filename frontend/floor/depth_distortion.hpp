@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include <lamina/models/inverse_depth_error.hpp>
 #include <lamina/sensors/depth_frame.hpp>
 
 namespace lamina {
@@ -28,6 +29,9 @@ class DepthDistortion {
 
   /// Values beyond these (px) are held to them.
   void hold_within(double low, double high);
+  /// Adds an error of inverse depth for frames like this one; to none, too. Does nothing where the
+  /// frame has another size or no noise model.
+  void add(const InverseDepthError& error, const DepthFrame& like);
   /// Takes the error out of the measurements of a frame of that size; others stay as they are, as
   /// do frames without a noise model. Pixels without measurement, and saturated ones, too.
   void correct(DepthFrame& frame) const;

@@ -1,0 +1,139 @@
+// Maps made only to learn what is wrong with a depth camera.
+#include <lamina/apps/depth_slopes.hpp>
+
+#include <spdlog/spdlog.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <variant>
+
+#include <lamina/apps/mounting_calibration.hpp>
+#include <lamina/apps/wheel_calibration.hpp>
+#include <lamina/apps/wheel_prior.hpp>
+#include <lamina/models/error.hpp>
+
+namespace lamina::apps {
+namespace {
+
+using Vector = DepthErrors::Vector;
+using Matrix = DepthErrors::Matrix;
+constexpr int kMostPasses = 3;
+constexpr double kHeld = 1e-6;  // a sigma: as it is
+// 1-sigma of what is usual: roll and pitch (rad) and height (m), of floors told well by each image;
+// slopes and constant (1/m): a tenth of a pixel of disparity and more.
+constexpr double kLevel = 0.01, kHeight = 0.02, kSlope = 0.01, kConstant = 0.005;
+
+Matrix prior_of(const Eigen::Vector2d& camera_place, bool constant) {
+  Matrix information = Matrix::Zero();
+  information.topLeftCorner<WheelErrors::kCount, WheelErrors::kCount>() =
+      WheelPrior(camera_place).information();
+  Eigen::Matrix<double, 6, 1> sigmas;
+  sigmas << kLevel, kLevel, kHeight, kSlope, kSlope, constant ? kConstant : kHeld;
+  information.diagonal().tail<6>() = sigmas.cwiseAbs2().cwiseInverse();
+  return information;
+}
+
+std::vector<Step> less(const DepthErrors& errors, const std::vector<Step>& steps) {
+  const InverseDepthError bend = errors.camera();
+  const Eigen::Vector3d level = errors.level();
+  const MountingCorrection moved{{level.x(), level.y(), 0}, {0, 0, level.z()}};
+  std::vector<Step> corrected = steps;
+  for (Step& step : corrected) {
+    remount(step, moved);
+    for (PlaneObservation& plane : step.observations.planes) {
+      plane.plane_sensor = bend.corrected(plane.plane_sensor);
+      plane.moments_sensor = bend.corrected(plane.moments_sensor);
+      for (Eigen::Vector3d& corner : plane.outline_sensor) corner = bend.corrected(corner);
+    }
+  }
+  return corrected;
+}
+
+}  // namespace
+
+std::optional<DepthErrors> depth_errors_of(const std::vector<Step>& steps,
+                                           const MapperOptions& options,
+                                           const std::function<bool()>& ended) {
+  constexpr double kStays = 1;         // chi-squared of what a pass adds
+  constexpr double kToldConstant = 4;  // sigmas
+  if (steps.empty()) return std::nullopt;
+  const Eigen::Vector2d place = camera_place(steps);
+  DepthErrors all;
+  bool constant = true;
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    const std::vector<Step> now = less(all, steps);
+    const Graph graph = quick_map(now, all.wheels(), options, ended);
+    if (ended()) return std::nullopt;
+    const SE3& T_body_camera = now.front().observations.T_body_sensor;
+    const auto estimate = [&] {
+      return estimate_depth_errors(graph, T_body_camera, prior_of(place, constant), all.value);
+    };
+    auto more = estimate();
+    if (pass == 0 && more) {
+      const int k = DepthErrors::kCount - 1;
+      constant = std::abs(more->value(k)) > kToldConstant * std::sqrt(more->covariance(k, k));
+      if (!constant) more = estimate();
+    }
+    if (!more) return std::nullopt;
+    const double chi2 = more->value.dot(more->covariance.ldlt().solve(more->value));
+    all = {all.value + more->value, more->covariance};
+    if (chi2 < kStays) break;
+  }
+  return all;
+}
+
+std::optional<DepthDistortion> find_depth_slopes(Recording& recording, const Settings& settings,
+                                                 const DepthDistortion& distortion,
+                                                 io::Metrics& metrics,
+                                                 const std::function<bool()>& ended) {
+  constexpr std::size_t kMost = 600, kLeast = 30;  // images
+  constexpr double kEvery = 0.15;                  // s
+  constexpr double kToldSlopes = 25;               // chi-squared of two
+  if (!recording.calibration().odometry.planar) return std::nullopt;
+  FrontEnd front_end(settings, recording.calibration());
+  front_end.correct_depth(distortion);
+  io::Metrics aside;
+  std::vector<Step> steps;
+  std::optional<DepthFrame> first;
+  std::optional<Timestamp> last;
+  try {
+    while (!ended() && steps.size() < kMost) {
+      const auto measurement = recording.next();
+      if (!measurement) break;
+      if (const auto* image = std::get_if<DepthFrame>(&*measurement)) {
+        if (last && image->stamp - *last < kEvery) continue;
+        last = image->stamp;
+        if (!first) first = *image;
+      } else if (!std::holds_alternative<Odometry>(*measurement)) {
+        continue;
+      }
+      auto step = front_end.process(*measurement, aside);
+      if (!step) continue;
+      step->obstacles.reset();
+      steps.push_back(std::move(*step));
+      if (steps.size() == kLeast && !front_end.met_wheels()) return std::nullopt;
+    }
+  } catch (const Error&) {  // the run itself comes to it, and says so
+  }
+  if (ended() || steps.size() < kLeast || !front_end.met_wheels()) return std::nullopt;
+  const auto found = depth_errors_of(steps, settings.mapper, ended);
+  if (!found) return std::nullopt;
+  const int k = DepthErrors::kWheels + DepthErrors::kLevel;
+  const Eigen::Vector2d slopes = found->value.segment<2>(k);
+  const Eigen::Matrix2d covariance = found->covariance.block<2, 2>(k, k);
+  if (slopes.dot(covariance.inverse() * slopes) < kToldSlopes) return std::nullopt;
+  const CameraModel& camera = first->camera.camera;
+  const double fb = first->camera.noise.focal_baseline;
+  const double across = fb * slopes.x() * first->width() / camera.fx;
+  const double down = fb * slopes.y() * first->height() / camera.fy;
+  spdlog::info(
+      "depth images slope by {:+.2f} px of disparity across and {:+.2f} px down: taken out", across,
+      down);
+  metrics.counts["depth_slope_across_px"] = across;
+  metrics.counts["depth_slope_down_px"] = down;
+  DepthDistortion with_slopes = distortion;
+  with_slopes.add(found->camera(), *first);
+  return with_slopes;
+}
+
+}  // namespace lamina::apps

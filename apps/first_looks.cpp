@@ -1,0 +1,51 @@
+// One look after the other, each with what those before it found.
+#include <lamina/apps/first_looks.hpp>
+
+#include <lamina/apps/calibration.hpp>
+#include <lamina/apps/depth_calibration.hpp>
+#include <lamina/apps/depth_slopes.hpp>
+
+namespace lamina::apps {
+
+void look_ahead(const Rereadable& input, FrontEnd& front_end) {
+  const Settings& settings = input.settings;
+  io::Metrics& metrics = input.metrics;
+  const bool depth = input.recording->calibration().depth_camera.has_value();
+  const auto look = [&](const char* stage, const auto& at) {
+    const auto timer = metrics.time(stage);
+    at(*input.recording);
+    input.recording.reset();
+    input.recording = input.open_again();
+  };
+  if (settings.calibrate_depth && depth) {
+    look("depth_calibration", [&](Recording& all) {
+      front_end.correct_depth(calibrate_depth(all, settings.floor, metrics, input.ended));
+    });
+  }
+  if (settings.calibrate_depth && settings.calibrate_wheels && depth) {
+    look("depth_slopes", [&](Recording& all) {
+      auto with_slopes =
+          find_depth_slopes(all, settings, front_end.depth_distortion(), metrics, input.ended);
+      if (with_slopes) front_end.correct_depth(std::move(*with_slopes));
+    });
+  }
+  Sweep sweep{settings.sweep != 0, {}};
+  if (settings.sweep == 0 && settings.find_sweep) {
+    look("scanner_sweep", [&](Recording& all) {
+      sweep = find_sweep(all, settings.scan_odometry, metrics, input.ended);
+    });
+  }
+  if (sweep.found) front_end.set_sweep(*sweep.found);
+  if (sweep.found || sweep.stated) {
+    look("scanner_sweep",
+         [&](Recording& all) { front_end.look_ahead(all_wheels(all, input.ended)); });
+  }
+  if (settings.calibrate_mountings) {
+    look("scanner_lean", [&](Recording& all) {
+      const auto lean = find_lean(all, settings.scan_odometry, metrics, input.ended);
+      if (lean) front_end.correct_level_scanner(*lean);
+    });
+  }
+}
+
+}  // namespace lamina::apps

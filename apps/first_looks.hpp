@@ -1,0 +1,29 @@
+// What is learned of a recording's sensors before it is mapped.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include <lamina/apps/front_end.hpp>
+#include <lamina/apps/settings.hpp>
+#include <lamina/io/metrics.hpp>
+#include <lamina/sensors/recording.hpp>
+
+namespace lamina::apps {
+
+/// A recording that can be read again and again. Some players bear no other beside them: it is let
+/// go of before it is opened anew.
+struct Rereadable {
+  std::unique_ptr<Recording>& recording;
+  const std::function<std::unique_ptr<Recording>()>& open_again;
+  const Settings& settings;
+  io::Metrics& metrics;
+  std::function<bool()> ended;
+};
+
+/// Looks over the recording for the bend and slopes of depth images, a scanner's sweep and its
+/// lean, as far as settings ask for them, and tells the front-end. The recording is at its
+/// beginning afterwards.
+void look_ahead(const Rereadable& input, FrontEnd& front_end);
+
+}  // namespace lamina::apps
