@@ -43,8 +43,8 @@ bool wheels_and_images_alone(const std::vector<Step>& steps) {
                       [](const Step& step) { return step.scan.has_value(); });
 }
 
-Graph quick_map(const std::vector<Step>& steps, const Vector& errors,
-                const MapperOptions& options, const std::function<bool()>& ended) {
+Graph quick_map(const std::vector<Step>& steps, const Vector& errors, const MapperOptions& options,
+                const std::function<bool()>& ended) {
   Mapper mapper(options);
   for (std::size_t i = 0; i < steps.size() && !ended(); ++i) {
     // The first motion is the first pose.

@@ -26,8 +26,8 @@ bool told_by_wheels(const Step& step);
 /// Depth images, stereo pairs or clouds, and not two of these.
 bool one_kind_of_camera(const std::vector<Step>& steps);
 
-/// The refined graph of the steps, motions that wheels told corrected by `errors`. For what it tells
-/// of sensors: refined once, not thoroughly.
+/// The refined graph of the steps, motions that wheels told corrected by `errors`. For what it
+/// tells of sensors: refined once, not thoroughly.
 Graph quick_map(const std::vector<Step>& steps, const WheelErrors::Vector& errors,
                 const MapperOptions& options, const std::function<bool()>& ended);
 

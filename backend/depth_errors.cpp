@@ -43,8 +43,8 @@ Graph with_errors(const Graph& graph, const Generators& generators, const Eigen:
   for (int k = 0; k < kOfPlanes; ++k)
     A += errors(kWheels + k) * generators[static_cast<std::size_t>(k)];
   for (PlaneMomentsFactor& f : changed.plane_moments) {
-    const auto moments = Moments::from_homogeneous(
-        A * f.moments_body.homogeneous() * A.transpose(), f.moments_body.count());
+    const auto moments = Moments::from_homogeneous(A * f.moments_body.homogeneous() * A.transpose(),
+                                                   f.moments_body.count());
     if (moments) f.moments_body = *moments;
   }
   return changed;

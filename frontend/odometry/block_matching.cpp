@@ -17,12 +17,14 @@ Vector6d angles_to_metres(double lever) {
 }
 
 /// Robust weight of a block at T_key_current = (R, t): 1 where it fits exactly, 0 where not at all,
-/// nothing where the key frame has no block to compare it with.
+/// nothing where the key frame has no block to compare it with: none in view, or none with a normal
+/// unless that counts as `empty_fits_not`.
 std::optional<float> agreement(const DepthBlocks& key, const DepthBlock& c,
                                const Eigen::Matrix3f& R, const Eigen::Vector3f& t,
-                               const BlockGate& gate) {
+                               const BlockGate& gate, bool empty_fits_not) {
   const Eigen::Vector3f q = R * c.point + t;
   const DepthBlock* under = block_under(key, q);
+  if (under && !under->oriented() && empty_fits_not) return 0.0F;
   if (!under || !under->oriented()) return std::nullopt;
   const DepthBlock& k = *under;
   if ((R * c.normal).dot(k.normal) < gate.cosine) return 0.0F;
@@ -105,7 +107,7 @@ std::vector<HardDirection> hard_directions(const Matrix6d& H, double lever, doub
 }
 
 double gained_agreement(const DepthBlocks& key, const DepthBlocks& current, const SE3& from,
-                        const SE3& to, int stride, const BlockGate& gate) {
+                        const SE3& to, int stride, const BlockGate& gate, bool empty_fits_not) {
   const Eigen::Matrix3f R_from = from.so3().matrix().cast<float>();
   const Eigen::Matrix3f R_to = to.so3().matrix().cast<float>();
   const Eigen::Vector3f t_from = from.translation().cast<float>();
@@ -116,8 +118,9 @@ double gained_agreement(const DepthBlocks& key, const DepthBlocks& current, cons
     for (int u = 0; u < current.width; u += stride) {
       const DepthBlock& c = current.at(u, v);
       if (!c.oriented()) continue;
-      const auto before = agreement(key, c, R_from, t_from, gate);
-      const auto after = before ? agreement(key, c, R_to, t_to, gate) : std::nullopt;
+      const auto before = agreement(key, c, R_from, t_from, gate, empty_fits_not);
+      const auto after =
+          before ? agreement(key, c, R_to, t_to, gate, empty_fits_not) : std::nullopt;
       if (!after) continue;
       sum += static_cast<double>(*after - *before);
       ++common;

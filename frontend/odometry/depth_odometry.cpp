@@ -145,20 +145,37 @@ std::vector<SE3> DepthOdometry::other_starts(const SE3& predicted, const SE3& T_
   return starts;
 }
 
-std::optional<SE3> DepthOdometry::search(const DepthBlocks& current, const Matrix6d& prior,
+// Blocks that leave the view speak for not turning: beside wheels, which do not grope, they must
+// not be asked.
+double DepthOdometry::gain(const DepthBlocks& current, const SE3& from, const SE3& to) const {
+  const KeyFrame& key = keys_.back();
+  const SE3 T_key_world = key.T_world_camera.inverse();
+  return gained_agreement(
+      key.blocks, current, T_key_world * from, T_key_world * to, options_.coarse_stride,
+      {0, 4, 0, static_cast<float>(options_.min_normal_cosine), surface_variance()}, true);
+}
+
+std::optional<SE3> DepthOdometry::search(const DepthBlocks& current, const Expectation& e,
                                          const std::vector<SE3>& starts, const Alignment& a) const {
-  double best = fit(current, a.T_world_camera) + options_.search_gain;
+  const double as_it_is = e.by_wheels ? 0 : fit(current, a.T_world_camera);
+  double best = options_.search_gain;
   std::optional<SE3> better;
   for (const SE3& start : starts) {
     Alignment tried;
     tried.T_world_camera = start;
-    align(current, start, prior, tried, options_.coarse_iterations, 2);
-    const double found = fit(current, tried.T_world_camera);
-    if (found <= best) continue;
-    best = found;
+    align(current, start, e.information, tried, options_.coarse_iterations, 2);
+    const double gained = e.by_wheels ? gain(current, a.T_world_camera, tried.T_world_camera)
+                                      : fit(current, tried.T_world_camera) - as_it_is;
+    if (gained <= best || (e.by_wheels && !told_apart(a, tried))) continue;
+    best = gained;
     better = start;
   }
   return better;
+}
+
+bool DepthOdometry::told_apart(const Alignment& a, const Alignment& b) const {
+  const Vector6d d = (b.T_world_camera.inverse() * a.T_world_camera).log();
+  return d.dot(b.information * d) > options_.told_chi_squared;
 }
 
 void DepthOdometry::slide(const DepthBlocks& current, const Matrix6d& prior, Alignment& a) const {
@@ -217,7 +234,7 @@ DepthOdometry::Alignment DepthOdometry::aligned_as_expected(const DepthBlocks& c
 bool DepthOdometry::contradicted(const DepthBlocks& current, const Alignment& a) const {
   if (usual_.worse(a.matched)) return true;
   const SE3 no_turn(T_world_camera_.so3(), a.T_world_camera.translation());
-  return fit(current, no_turn) > fit(current, a.T_world_camera) + 0.5 * options_.search_gain;
+  return gain(current, a.T_world_camera, no_turn) > 0.5 * options_.search_gain;
 }
 
 DepthOdometry::Alignment DepthOdometry::locate(const DepthBlocks& current, const SE3& T_body_camera,
@@ -231,7 +248,7 @@ DepthOdometry::Alignment DepthOdometry::locate(const DepthBlocks& current, const
     if (e.by_wheels) other.widen(e.sigma_velocity, e.sigma_turn);
     const SE3 predicted = T_world_camera_ * e.T_prev_curr;
     const auto better =
-        search(current, other.information, other_starts(predicted, T_body_camera, e.sigma_turn), a);
+        search(current, other, other_starts(predicted, T_body_camera, e.sigma_turn), a);
     if (better) {
       e = other;
       // What surfaces leave open stays as this start has it.

@@ -146,6 +146,31 @@ TEST(DepthOdometry, AWheelThatSlipsIsNotBelievedAgainstAWall) {
   EXPECT_LT(e.translation().norm(), 0.05);
 }
 
+// A camera that looks down comes round from a corner to bare floor. There every turn fits, and the
+// less it turns the more of the image stays in view: wheels are right all the same.
+TEST(DepthOdometry, WheelsThatTurnOverBareFloorAreBelieved) {
+  const Planes corner = {{Eigen::Vector3d::UnitZ(), 0},
+                         {-Eigen::Vector3d::UnitX(), -2.2},
+                         {-Eigen::Vector3d::UnitY(), -2.2}};
+  Camera camera;
+  DepthOdometry odometry;
+  const SE3 looks_down(SO3::rot_y(0.35), Eigen::Vector3d::Zero());
+  SE3 T_world_robot(SO3::rot_z(1.2), Eigen::Vector3d::Zero()), T_start_body;
+  const SE3 start = T_world_robot * looks_down;
+  for (int i = 0; i < 16; ++i) {
+    const SE3 moved = i > 0 ? SE3::planar(0, 0, 0.16) : SE3();
+    T_world_robot = T_world_robot * moved;
+    const MotionGuess wheels{looks_down.inverse() * moved * looks_down,
+                             Matrix6d::Identity() * 1e-5};
+    const DepthMotion m =
+        odometry.process(camera.see(corner, T_world_robot * looks_down, 0.2 * i), wheels);
+    T_start_body = T_start_body * m.T_prev_curr_body;
+  }
+  const SE3 e = (start.inverse() * T_world_robot * looks_down).inverse() * T_start_body;
+  EXPECT_LT(e.so3().log().norm(), 0.05);
+  EXPECT_LT(e.translation().norm(), 0.1);
+}
+
 TEST(DepthOdometry, CorridorLeavesOneDirectionToTheGuess) {
   Camera camera;
   DepthOdometry odometry;
