@@ -156,7 +156,8 @@ double DepthOdometry::gain(const DepthBlocks& current, const SE3& from, const SE
 }
 
 std::optional<SE3> DepthOdometry::search(const DepthBlocks& current, const Expectation& e,
-                                         const std::vector<SE3>& starts, const Alignment& a) const {
+                                         const SE3& T_body_camera, const std::vector<SE3>& starts,
+                                         const Alignment& a) const {
   const double as_it_is = e.by_wheels ? 0 : fit(current, a.T_world_camera);
   double best = options_.search_gain;
   std::optional<SE3> better;
@@ -166,16 +167,22 @@ std::optional<SE3> DepthOdometry::search(const DepthBlocks& current, const Expec
     align(current, start, e.information, tried, options_.coarse_iterations, 2);
     const double gained = e.by_wheels ? gain(current, a.T_world_camera, tried.T_world_camera)
                                       : fit(current, tried.T_world_camera) - as_it_is;
-    if (gained <= best || (e.by_wheels && !told_apart(a, tried))) continue;
+    if (gained <= best || (e.by_wheels && !slipped(a, tried, T_body_camera))) continue;
     best = gained;
     better = start;
   }
   return better;
 }
 
-bool DepthOdometry::told_apart(const Alignment& a, const Alignment& b) const {
-  const Vector6d d = (b.T_world_camera.inverse() * a.T_world_camera).log();
-  return d.dot(b.information * d) > options_.told_chi_squared;
+// A bare floor fits however the camera turns, and a wall however it slides along it.
+bool DepthOdometry::slipped(const Alignment& a, const Alignment& b,
+                            const SE3& T_body_camera) const {
+  const SE3 T_b_a = b.T_world_camera.inverse() * a.T_world_camera;
+  const Vector6d d = T_b_a.log();
+  const SE3 of_body = T_body_camera * T_b_a * T_body_camera.inverse();
+  return d.dot(b.information * d) > options_.told_chi_squared &&
+         of_body.translation().norm() <
+             options_.fine_gate + options_.half_track * of_body.so3().log().norm();
 }
 
 void DepthOdometry::slide(const DepthBlocks& current, const Matrix6d& prior, Alignment& a) const {
@@ -247,8 +254,8 @@ DepthOdometry::Alignment DepthOdometry::locate(const DepthBlocks& current, const
     Expectation other = e;  // of other starts: wheels that slip tell no more than the last motion
     if (e.by_wheels) other.widen(e.sigma_velocity, e.sigma_turn);
     const SE3 predicted = T_world_camera_ * e.T_prev_curr;
-    const auto better =
-        search(current, other, other_starts(predicted, T_body_camera, e.sigma_turn), a);
+    const auto better = search(current, other, T_body_camera,
+                               other_starts(predicted, T_body_camera, e.sigma_turn), a);
     if (better) {
       e = other;
       // What surfaces leave open stays as this start has it.

@@ -26,9 +26,10 @@ struct DepthOdometryOptions {
   double search_matched = 0.9;
   /// What another start must fit more to be believed: mean robust weight of the blocks.
   double search_gain = 0.05;
-  /// Beside wheels the image alone must tell the other place from theirs: 5 sigmas. A bare floor
-  /// fits however the camera turns.
-  double told_chi_squared = 25;
+  /// Beside wheels the image alone must tell the other place from theirs (5 sigmas), and it must be
+  /// one where a wheel that slips may take a body: turned, and moved by no more than half the track
+  /// (m) times the turn.
+  double told_chi_squared = 25, half_track = 0.5;
   double slide_gain = 0.02;  ///< likewise, for a place along a direction that is open
   int key_frames = 4;        ///< kept; the latest and the oldest that still overlaps are matched
   double key_overlap = 0.7;  ///< fraction of matched blocks below which a key frame is taken
@@ -128,12 +129,13 @@ class DepthOdometry {
              Alignment& alignment, int coarse_iterations, int fine_iterations) const;
   /// Of other starts (T_world_camera) the best, if it is clearly better than the alignment.
   std::optional<SE3> search(const DepthBlocks& current, const Expectation& expected,
-                            const std::vector<SE3>& starts, const Alignment& alignment) const;
+                            const SE3& T_body_camera, const std::vector<SE3>& starts,
+                            const Alignment& alignment) const;
   /// By how much the current image's blocks fit the latest key frame better at one pose than at
   /// another, of those in view at both.
   double gain(const DepthBlocks& current, const SE3& from, const SE3& to) const;
-  /// The image at `b` alone says that it was not taken at `a`.
-  bool told_apart(const Alignment& a, const Alignment& b) const;
+  /// The image at `b` alone says that it was not taken at `a`, and slipping may explain it.
+  bool slipped(const Alignment& a, const Alignment& b, const SE3& T_body_camera) const;
   /// Where the surfaces are too few or too like to tell by their slopes, places along the open
   /// directions may still fit more: within two sigmas of what was expected the best is taken, if it
   /// gains slide_gain (1 + sigmas^2).
