@@ -209,6 +209,16 @@ void DepthOdometry::slide(const DepthBlocks& current, const Matrix6d& prior, Ali
   align(current, *better, prior, a, 0, options_.fine_iterations);
 }
 
+// Ahead and in heading as before; what else moved comes to rest, or where surfaces leave it open a
+// body that sways is turned over, and one that turns slides off.
+SE3 DepthOdometry::going_on(double dt, const SE3& T_body_camera) const {
+  if (dt > options_.max_step) return {};
+  Vector6d of_body = T_body_camera.adjoint() * velocity_;
+  const double rest = std::exp(-dt / options_.rest_time);
+  for (const int k : {1, 2, 3, 4}) of_body(k) *= rest;
+  return SE3::exp(T_body_camera.inverse().adjoint() * of_body * dt);
+}
+
 // The last motion goes on, or what wheels say.
 DepthOdometry::Expectation DepthOdometry::expect(double dt, const SE3& T_body_camera,
                                                  const std::optional<MotionGuess>& guess) const {
@@ -221,7 +231,7 @@ DepthOdometry::Expectation DepthOdometry::expect(double dt, const SE3& T_body_ca
     e.covariance.diagonal().array() += 1e-9;
     e.by_wheels = true;
   } else {
-    e.T_prev_curr = SE3::exp(velocity_ * (dt <= options_.max_step ? dt : 0.0));
+    e.T_prev_curr = going_on(dt, T_body_camera);
   }
   e.sigma_velocity = options_.sigma_velocity * ratio;
   e.sigma_turn = options_.sigma_turn * ratio;

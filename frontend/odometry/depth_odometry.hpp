@@ -41,6 +41,7 @@ struct DepthOdometryOptions {
   /// rad).
   double sigma_velocity = 0.02, sigma_turn = 0.02;
   double frame_time = 1.0 / 30;  ///< s, what the two above are for
+  double rest_time = 0.3;        ///< s, of motions sideways, up, in roll and pitch, when they end
   double max_step = 0.3;         ///< s, longer gaps are not extrapolated at constant velocity
   double samples_per_fact = 30;  ///< blocks whose errors are alike: correlated noise, calibration
   /// Noise of normals makes information in directions that no surface holds; what is less than this
@@ -112,6 +113,8 @@ class DepthOdometry {
   /// `dt`: s since the last image.
   Expectation expect(double dt, const SE3& T_body_camera,
                      const std::optional<MotionGuess>& guess) const;
+  /// T_prev_curr of the camera when the body goes on as it did.
+  SE3 going_on(double dt, const SE3& T_body_camera) const;
   Alignment aligned_as_expected(const DepthBlocks& current, const Expectation& expected) const;
   /// An alignment that began from a guess fits worse than usual, or worse than if the turn had not
   /// been: a wheel may have slipped.

@@ -171,6 +171,27 @@ TEST(DepthOdometry, WheelsThatTurnOverBareFloorAreBelieved) {
   EXPECT_LT(e.translation().norm(), 0.1);
 }
 
+// A body sways, 2 degrees to either side each second, and comes so near to a bare wall that it sees
+// nothing else. What it did in the last image before does not go on for seconds.
+TEST(DepthOdometry, ASwayingBodyIsNotTurnedOverBeforeAWall) {
+  const Planes all = {{Eigen::Vector3d::UnitZ(), 0}, {-Eigen::Vector3d::UnitX(), -2.5}};
+  const Planes wall = {all[1]};
+  Camera camera;
+  DepthOdometry odometry;
+  const auto pose = [](int i) {
+    const double roll = 2 * M_PI / 180 * std::sin(2 * M_PI * 0.1 * i);
+    return SE3(SO3::rot_y(0.2) * SO3::rot_x(roll), Eigen::Vector3d(0, 0.02 * roll, 0));
+  };
+  SE3 T_start_body;
+  for (int i = 0; i <= 30; ++i) {
+    const DepthMotion m = odometry.process(camera.see(i <= 10 ? all : wall, pose(i), 0.1 * i));
+    T_start_body = T_start_body * m.T_prev_curr_body;
+  }
+  const SE3 e = (pose(0).inverse() * pose(30)).inverse() * T_start_body;
+  EXPECT_LT(e.so3().log().norm(), 0.1);
+  EXPECT_LT(e.translation().norm(), 0.15);
+}
+
 TEST(DepthOdometry, CorridorLeavesOneDirectionToTheGuess) {
   Camera camera;
   DepthOdometry odometry;
