@@ -53,9 +53,9 @@ void PlaneExtractor::extract(const DepthFrame& frame, const MountingPrior& prior
       T_level_camera_.so3().inverse() * Eigen::Vector3d(Eigen::Vector3d::UnitZ());
   extract_floor_sections({up_camera, std::cos(options_.prior_cone_deg * kDegree)});
   extract_rest();
-  regions_.merge();
+  regions_.merge(up_camera);
   regions_.settle_borders(2);
-  regions_.merge();
+  regions_.merge(up_camera);
   regions_.keep_largest(0.5 * options_.min_plane_px);
   times_.planes_ms = watch.lap();
 

@@ -78,8 +78,41 @@ double PlaneRegions::merge_cost(std::size_t a, std::size_t b, bool neighbours) c
   // it, they are neighbours.
   const double joined = joined_cost(regions_[a], regions_[b]);
   if (joined > 1) return joined;
+  if (two_platforms(a, b)) return kNever;
   if (!seen_through(regions_[a], regions_[b])) return joined;
   return std::max(joined, carried_cost(a, b, 0));
+}
+
+// Whether two regions are level, neither of them the ground, and most of the way from one to the
+// other belongs to regions that lie behind both: lower ones.
+bool PlaneRegions::two_platforms(std::size_t a, std::size_t b) const {
+  constexpr double kLevel = 0.94;  // cosine: within 20 degrees
+  const PlaneRegion &one = regions_[a], &two = regions_[b];
+  if (std::max(one.sums.n, two.sums.n) >= most_pixels_) return false;
+  const auto level = [this](const PlaneRegion& r) {
+    const auto plane = geometry_.plane(r.plane);
+    return plane && plane->normal().dot(up_camera_) > kLevel;
+  };
+  if (!level(one) || !level(two)) return false;
+  const Eigen::Vector2d from(one.sums.u / one.sums.n, one.sums.v / one.sums.n);
+  const Eigen::Vector2d to(two.sums.u / two.sums.n, two.sums.v / two.sums.n);
+  const int steps = std::max(2, static_cast<int>((to - from).norm() / blocks_->size));
+  int lower = 0, other = 0;
+  for (int k = 0; k <= steps; ++k) {
+    const Eigen::Vector2d x = from + (to - from) * k / steps;
+    const int c = nearest(x.x() + geometry_.cx) / blocks_->size;
+    const int r = nearest(x.y() + geometry_.cy) / blocks_->size;
+    if (c < 0 || r < 0 || c >= blocks_->columns || r >= blocks_->rows) continue;
+    const std::int16_t label = labels_[at(blocks_->index(c, r))];
+    const std::size_t heir = label < 0 ? a : at(heirs_[at(label)]);
+    if (label >= 0 && (heir == a || heir == b)) continue;
+    const Eigen::Vector3d place(x.x(), x.y(), 1);
+    const auto behind = [&](const PlaneRegion& r_near) {
+      return place.dot(regions_[heir].plane - r_near.plane) < 0;
+    };
+    ++(label >= 0 && behind(one) && behind(two) ? lower : other);
+  }
+  return lower > other;
 }
 
 // Whether the gap between two regions is open: most blocks on the way from middle to middle lie
@@ -126,8 +159,13 @@ std::vector<std::uint8_t> PlaneRegions::neighbourhood() const {
 }
 
 // Best pairs first; costs are kept, and only those of the joined one are taken anew.
-void PlaneRegions::merge() {
+void PlaneRegions::merge(const Eigen::Vector3d& up_camera) {
   const std::size_t count = regions_.size();
+  up_camera_ = up_camera;
+  heirs_.resize(count);
+  std::iota(heirs_.begin(), heirs_.end(), std::int16_t{0});
+  most_pixels_ = 0;
+  for (const PlaneRegion& r : regions_) most_pixels_ = std::max(most_pixels_, r.sums.n);
   std::vector<std::uint8_t> near = neighbourhood();
   covariance_.clear();
   for (const PlaneRegion& r : regions_) {
@@ -147,8 +185,6 @@ void PlaneRegions::merge() {
         std::min_element(row, row + static_cast<std::ptrdiff_t>(count)) - cost.begin());
   };
   for (std::size_t i = 0; i < count; ++i) look(i);
-  std::vector<std::int16_t> joined(count);
-  std::iota(joined.begin(), joined.end(), std::int16_t{0});
   bool any = false;
   for (;;) {
     const auto best =
@@ -159,7 +195,7 @@ void PlaneRegions::merge() {
     const std::size_t pair = *best;
     const std::size_t first = pair / count, second = pair % count;
     join(first, second);
-    std::replace(joined.begin(), joined.end(), static_cast<std::int16_t>(second),
+    std::replace(heirs_.begin(), heirs_.end(), static_cast<std::int16_t>(second),
                  static_cast<std::int16_t>(first));
     for (std::size_t k = 0; k < count; ++k) {
       near[first * count + k] |= near[second * count + k];
@@ -167,7 +203,7 @@ void PlaneRegions::merge() {
       cost[second * count + k] = cost[k * count + second] = kNever;
     }
     for (std::size_t k = 0; k < count; ++k) {
-      if (k == first || at(joined[k]) != k) continue;
+      if (k == first || at(heirs_[k]) != k) continue;
       cost[std::min(k, first) * count + std::max(k, first)] =
           merge_cost(std::min(k, first), std::max(k, first), near[first * count + k] != 0);
     }
@@ -182,7 +218,7 @@ void PlaneRegions::merge() {
       }
     }
   }
-  if (any) relabel(joined);
+  if (any) relabel(heirs_);
 }
 
 void PlaneRegions::join(std::size_t first, std::size_t second) {
@@ -191,6 +227,7 @@ void PlaneRegions::join(std::size_t first, std::size_t second) {
   a.blocks += regions_[second].blocks;
   a.pixels += regions_[second].pixels;
   a.plane = a.sums.fit().value_or(a.plane);
+  most_pixels_ = std::max(most_pixels_, a.sums.n);
   covariance_[first] = a.sums.covariance(noise_.per_pixel);
   regions_[second] = PlaneRegion();
 }

@@ -35,9 +35,10 @@ class PlaneRegions {
   int grow(std::span<const int> seeds, const DisparityPlane& plane, double min_pixels);
   /// Joins regions whose planes differ by no more than noise where either has its pixels. Regions
   /// apart from each other (a wall behind a pillar) are held to two sigmas of their difference,
-  /// carried over the gap: two platforms of 2 and 3 cm side by side are not one tilted plane.
-  /// Best pairs first.
-  void merge();
+  /// carried over the gap. Level ones (normal within 20 degrees of `up_camera`) with a lower region
+  /// between them stay two: one image cannot say how level two platforms are, all together
+  /// can; not so the largest region, a floor that goes on beyond a pit. Best pairs first.
+  void merge(const Eigen::Vector3d& up_camera);
   /// Blocks between regions go to the plane that fits best; free ones that fit join. Then refits.
   void settle_borders(int passes);
   /// Drops regions below `min_pixels`, those whose normal is unsure by more than two degrees and
@@ -67,6 +68,7 @@ class PlaneRegions {
   void split_off_parts(int label, double min_pixels);
   double joined_cost(const PlaneRegion& a, const PlaneRegion& b) const;
   double carried_cost(std::size_t a, std::size_t b, double sizes) const;
+  bool two_platforms(std::size_t a, std::size_t b) const;
   double merge_cost(std::size_t a, std::size_t b, bool neighbours) const;
   void join(std::size_t first, std::size_t second);
   bool seen_through(const PlaneRegion& a, const PlaneRegion& b) const;
@@ -91,6 +93,9 @@ class PlaneRegions {
   std::vector<std::uint8_t> waiting_;
   std::vector<Run> runs_;
   std::vector<std::pair<int, int>> extent_;  ///< of the regions: first row, one beyond the last
+  Eigen::Vector3d up_camera_ = Eigen::Vector3d::Zero();
+  double most_pixels_ = 0;           ///< of a region, while merging
+  std::vector<std::int16_t> heirs_;  ///< of the regions, while merging: labels follow at its end
   std::vector<Eigen::Matrix3d> covariance_;  ///< of the regions' planes, while merging
 };
 

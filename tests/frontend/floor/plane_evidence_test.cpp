@@ -63,6 +63,32 @@ TEST(PlaneParts, TwoPlatformsAreNotOneTiltedPlane) {
   EXPECT_EQ(platforms, 2);
 }
 
+// Noise of a stereo camera: no two sigmas between the platforms in one image.
+TEST(PlaneParts, TwoPlatformsOnAFloorStayTwoHoweverNoisyTheImage) {
+  DepthCamera camera = test_camera();
+  camera.noise.disparity_floor *= 4;
+  const double sigma = DepthNoise::kinect(525).disparity_sigma;
+  FloorFrontend frontend;
+  const FloorResult r = frontend.process(
+      draw({floor_piece(), level(0.04, 1.6, 2.6, 0.3, 1.3), level(0.043, 1.6, 2.6, -1.3, -0.3)},
+           camera, sigma));
+  int platforms = 0;
+  for (const ExtractedPlane& p : r.planes) {
+    platforms += p.pixels > 3000 && p.height > 0.03 && p.height < 0.055;
+  }
+  EXPECT_EQ(platforms, 2);
+}
+
+TEST(PlaneParts, AFloorBeyondAPitIsTheFloor) {
+  const double sigma = DepthNoise::kinect(525).disparity_sigma;
+  FloorFrontend frontend;
+  const FloorResult r = frontend.process(
+      draw({level(0, 0, 1.6, -5, 5), level(0, 2.2, 9, -5, 5), level(-0.3, 0, 9, -5, 5)},
+           test_camera(), sigma));
+  EXPECT_GE(r.plane_at(320, 440, 640), 0);
+  EXPECT_EQ(r.plane_at(320, 440, 640), r.plane_at(320, 150, 640));
+}
+
 TEST(PlaneParts, AWallSeenBetweenPostsIsOne) {
   const double sigma = DepthNoise::kinect(525).disparity_sigma;
   std::vector<Piece> pieces{floor_piece(), upright(4, [](const Eigen::Vector3d&) { return true; })};
