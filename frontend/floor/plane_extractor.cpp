@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include <lamina/frontend/floor/dominant_floor.hpp>
+#include <lamina/frontend/floor/edge_evidence.hpp>
 #include <lamina/frontend/floor/leveling.hpp>
 #include <lamina/frontend/floor/plane_evidence.hpp>
 #include <lamina/frontend/floor/stopwatch.hpp>
@@ -71,10 +72,35 @@ void PlaneExtractor::drop_doubtful(float gate) {
       gather_evidence(image_, geometry_, pixel_labels_, regions_.regions(), kStep, gate);
   std::vector<bool> wanted;
   for (std::size_t k = 0; k < evidence.size(); ++k) {
-    wanted.push_back(is_surface(evidence[k], misfit(regions_.regions()[k], noise_)));
+    wanted.push_back(is_surface(evidence[k], misfit(regions_.regions()[k], noise_)) &&
+                     !is_edge(k, evidence[k].across.length(), evidence[k].down.length()));
   }
   if (std::find(wanted.begin(), wanted.end(), false) == wanted.end()) return;
   labeller_.rename(regions_.keep(wanted));
+}
+
+// Whether a region is but the blocks that hold two others' border: no more than two in width.
+// `across`, `down`: mean length of its runs (px) along rows and columns.
+bool PlaneExtractor::is_edge(std::size_t k, double across, double down) const {
+  const int size = blocks_.size;
+  if (std::min(across, down) > 2 * size) return false;
+  int c0 = blocks_.columns, c1 = 0, r0 = blocks_.rows, r1 = 0;
+  const auto labels = regions_.labels();
+  for (int r = 0; r < blocks_.rows; ++r) {
+    for (int c = 0; c < blocks_.columns; ++c) {
+      if (labels[static_cast<std::size_t>(blocks_.index(c, r))] != static_cast<int>(k)) continue;
+      c0 = std::min(c0, c);
+      c1 = std::max(c1, c + 1);
+      r0 = std::min(r0, r);
+      r1 = r + 1;
+    }
+  }
+  // Pixels go to planes of blocks up to two away.
+  const PixelBox box{std::max(0, size * (c0 - 2)), std::min(image_.width, size * (c1 + 2)),
+                     std::max(0, size * (r0 - 2)), std::min(image_.height, size * (r1 + 2))};
+  return edge_evidence(image_, geometry_, pixel_labels_, regions_.regions(), k, box, across < down,
+                       noise_.pixel)
+      .is_edge();
 }
 
 // Where nothing is known of the mounting, the largest plane that may be a floor levels the frame,

@@ -45,6 +45,7 @@ class PlaneExtractor {
   void extract_floor_sections(const NormalPrior& floor);
   void extract_rest();
   void drop_doubtful(float gate);
+  bool is_edge(std::size_t k, double across, double down) const;
   void recurse(std::vector<int>& candidates, const NormalPrior& prior, Sampler& sampler);
 
   FloorOptions options_;

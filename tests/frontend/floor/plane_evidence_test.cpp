@@ -89,6 +89,19 @@ TEST(PlaneParts, AFloorBeyondAPitIsTheFloor) {
   EXPECT_EQ(r.plane_at(320, 440, 640), r.plane_at(320, 150, 640));
 }
 
+// Blocks that hold the end of a platform and the floor behind it.
+TEST(PlaneEdges, TheFarEdgeOfAPlatformIsNoRamp) {
+  const double sigma = DepthNoise::kinect(525).disparity_sigma;
+  for (const std::uint64_t seed : {1u, 2u}) {
+    FloorFrontend frontend;
+    const FloorResult r = frontend.process(
+        draw({floor_piece(), level(0.02, 1.6, 2.6, -0.6, 0.6)}, test_camera(), sigma, seed));
+    for (const ExtractedPlane& p : r.planes) {
+      EXPECT_FALSE(p.slope > 0.05 && p.slope < 0.5) << p.pixels << " pixels of slope " << p.slope;
+    }
+  }
+}
+
 TEST(PlaneParts, AWallSeenBetweenPostsIsOne) {
   const double sigma = DepthNoise::kinect(525).disparity_sigma;
   std::vector<Piece> pieces{floor_piece(), upright(4, [](const Eigen::Vector3d&) { return true; })};
