@@ -143,6 +143,8 @@ class Mapper {
 
   std::vector<AssociationCandidate> candidates(const PlaneEvidence& evidence,
                                                const SE3& T_map_body);
+  void drop_beyond_gaps(const PlaneEvidence& evidence, const SE3& T_map_body,
+                        std::vector<AssociationCandidate>& near) const;
   std::vector<AssociationCandidate> tentative_candidates(const SE3& T_map_body) const;
   AssociationDecision associate_one(std::size_t index, const Step& step);
   std::optional<std::size_t> forming_plane(std::size_t index, const Step& step,

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include <lamina/backend/level_gaps.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/mapper_step.hpp>
 
@@ -75,7 +76,29 @@ std::vector<AssociationCandidate> Mapper::candidates(const PlaneEvidence& eviden
     }
     result.push_back({id, plane.plane_anchor, plane.anchor_map, relative_covariance(id)});
   }
+  drop_beyond_gaps(evidence, T_map_body, result);
   return result;
+}
+
+// What lies beyond a floor that was seen between is another platform, however well the height of
+// the one, carried on to there, fits it.
+void Mapper::drop_beyond_gaps(const PlaneEvidence& evidence, const SE3& T_map_body,
+                              std::vector<AssociationCandidate>& near) const {
+  const auto here = LevelSheet::of(evidence, T_map_body);
+  if (!here || here->ground()) return;
+  std::vector<LevelSheet> sheets;
+  std::map<PlaneId, std::size_t> sheet_of;
+  for (const auto& c : near) {
+    auto sheet = LevelSheet::of(graph_.at(c.id));
+    if (!sheet) continue;
+    sheet_of[c.id] = sheets.size();
+    sheets.push_back(std::move(*sheet));
+  }
+  std::erase_if(near, [&](const AssociationCandidate& c) {
+    const auto sheet = sheet_of.find(c.id);
+    return sheet != sheet_of.end() && lower_between(*here, sheets[sheet->second], sheets,
+                                                    options_.association.surface_sigma_m);
+  });
 }
 
 std::vector<AssociationCandidate> Mapper::tentative_candidates(const SE3&) const {
@@ -116,9 +139,11 @@ bool touches(const std::map<KeyframeId, PlaneEvidence>& seen, const PlaneEvidenc
   return false;
 }
 
-// Whether two views of one moment cannot be of one plane.
-bool told_apart(const PlaneEvidence& a, const PlaneEvidence& b, const AssociationOptions& options) {
-  return disagreement_in_view(a, b, options) > options.gate_full;
+// Whether two views of one moment cannot be of one plane, or are level with a lower one between.
+bool told_apart(std::span<const PlaneEvidence> evidence, std::size_t i, std::size_t j,
+                const SE3& T_map_body, const AssociationOptions& options) {
+  return disagreement_in_view(evidence[i], evidence[j], options) > options.gate_full ||
+         lower_between(evidence, i, j, T_map_body, options.surface_sigma_m);
 }
 
 }  // namespace
@@ -177,11 +202,21 @@ std::optional<std::size_t> Mapper::forming_plane(
                                  followed(options_.association));
     if (match.plane != PlaneId::kNone) return i;
   }
-  std::vector<AssociationCandidate> near = young;
-  std::erase_if(near, [&](const AssociationCandidate& c) {
-    return !touches(tentatives_[static_cast<std::size_t>(c.id)].evidence, evidence, step.T_map_body,
-                    graph_, index_.small_cell());
-  });
+  const auto within = [&](std::vector<AssociationCandidate> near, double reach) {
+    std::erase_if(near, [&](const AssociationCandidate& c) {
+      return !touches(tentatives_[static_cast<std::size_t>(c.id)].evidence, evidence,
+                      step.T_map_body, graph_, reach);
+    });
+    return near;
+  };
+  const std::vector<AssociationCandidate> near = within(young, index_.small_cell());
+  // What was seen at this place comes before what may go on to here.
+  constexpr double kHere = 0.1;  // m
+  if (near.size() > 1 && !evidence.partial) {
+    const auto match =
+        associate(evidence, step.T_map_body, within(near, kHere), options_.association);
+    if (match.plane != PlaneId::kNone) return static_cast<std::size_t>(match.plane);
+  }
   const auto match = associate(evidence, step.T_map_body, near, options_.association);
   if (match.plane == PlaneId::kNone) return std::nullopt;
   return static_cast<std::size_t>(match.plane);
@@ -193,7 +228,7 @@ void Mapper::part_what_one_view_tells_apart(Step& step) const {
     for (std::size_t j = i + 1; j < decisions.size(); ++j) {
       if (decisions[i].plane == PlaneId::kNone || decisions[i].plane != decisions[j].plane)
         continue;
-      if (!told_apart(step.evidence[i], step.evidence[j], options_.association)) continue;
+      if (!told_apart(step.evidence, i, j, step.T_map_body, options_.association)) continue;
       AssociationDecision& worse =
           decisions[decisions[i].chi_squared > decisions[j].chi_squared ? i : j];
       worse.plane = PlaneId::kNone;
@@ -220,7 +255,7 @@ void Mapper::associate_all(Step& step) {
     }
     for (std::size_t j = 0; j < i && forming; ++j) {
       if (step.tentative[j] == forming &&
-          told_apart(step.evidence[j], step.evidence[i], options_.association)) {
+          told_apart(step.evidence, j, i, step.T_map_body, options_.association)) {
         forming.reset();
       }
     }

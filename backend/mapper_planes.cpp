@@ -2,6 +2,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include <lamina/backend/level_gaps.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/mapper_step.hpp>
 #include <lamina/models/linalg.hpp>
@@ -289,6 +290,7 @@ void Mapper::absorb(PlaneId from, PlaneId into) {
 
 std::vector<std::pair<PlaneId, PlaneId>> Mapper::merge_coplanar() {
   std::vector<std::pair<PlaneId, PlaneId>> merged;
+  std::optional<LevelGaps> gaps;
   // Only planes seen by this keyframe can have come near another one just now.
   std::vector<PlaneId> fresh;
   for (const auto& [id, evidence] : gathered_) fresh.push_back(id);
@@ -327,6 +329,13 @@ std::vector<std::pair<PlaneId, PlaneId>> Mapper::merge_coplanar() {
       // However unsure, planes this far apart are not made one: a slab lies on its floor.
       if (std::abs(off.z()) > 5 * surface) continue;
       if (off.dot(C.llt().solve(off)) > 7.8) continue;
+      // Two platforms, or one and its floor.
+      if (!gaps) {
+        const auto keyframes = window_.keyframes();
+        const KeyframeId first = *std::min_element(keyframes.begin(), keyframes.end());
+        gaps.emplace(graph_, outlines_, options_.association, first);
+      }
+      if (gaps->apart(a, b)) continue;
       const PlaneId from = std::max(a, b), into = std::min(a, b);
       window_.merge_planes(from, into);
       absorb(from, into);

@@ -11,6 +11,7 @@
 #include <span>
 
 #include <lamina/backend/covariance.hpp>
+#include <lamina/backend/level_gaps.hpp>
 #include <lamina/backend/plane_neighbourhood.hpp>
 #include <lamina/models/linalg.hpp>
 
@@ -55,16 +56,18 @@ struct Agreement {
 };
 
 Agreement agreement(const PlaneLandmark& a, const PlaneLandmark& b, const Eigen::Vector3d& middle,
-                    const Matrix6d& joint, const AssociationOptions& options) {
+                    const Matrix6d& joint, bool one_surface, const AssociationOptions& options) {
   const Eigen::Vector3d off = a.plane_map().about(middle).boxminus(b.plane_map().about(middle));
   const Matrix32d B = b.plane_anchor.tangent_basis();
   Eigen::Matrix<double, 3, 6> J;
   J << about_middle(a, middle, B), -about_middle(b, middle, B);
   Eigen::Matrix3d C = J * joint * J.transpose();
-  // Each of the two is its own fit to a surface that is no plane.
-  const double tilt = std::sqrt(2.0) * options.surface_sigma_deg * kDegree;
-  const double rho = std::sqrt(2.0) * options.surface_sigma_m;
-  C.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, rho * rho);
+  if (one_surface) {
+    // Each of the two is its own fit to a surface that is no plane.
+    const double tilt = std::sqrt(2.0) * options.surface_sigma_deg * kDegree;
+    const double rho = std::sqrt(2.0) * options.surface_sigma_m;
+    C.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, rho * rho);
+  }
   const Eigen::LLT<Eigen::Matrix3d> llt(C);
   if (!C.allFinite() || llt.info() != Eigen::Success) return {};
   return {off.dot(llt.solve(off)), std::sqrt(C(2, 2))};
@@ -156,6 +159,7 @@ std::vector<std::pair<PlaneId, PlaneId>> find_doubles(
     const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
     const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options) {
   const PlaneNeighbourhood near(graph, outlines, options.association.max_gap_m, false);
+  const LevelGaps gaps(graph, outlines, options.association);
   CovarianceRequest request;
   std::map<std::pair<PlaneId, PlaneId>, double> chi_of;  // of all near pairs, lower id first
   for (const auto& [a, b] : near.pairs(kSameSide)) {
@@ -164,7 +168,7 @@ std::vector<std::pair<PlaneId, PlaneId>> find_doubles(
     const double angle = angle_between(small.plane_anchor, large.plane_anchor);
     const double off = large.plane_map().signed_distance(near.middle(a));
     if (has(apart, a, b) || angle > options.association.max_angle_deg * kDegree ||
-        !(std::abs(off) <= kMostOff)) {
+        !(std::abs(off) <= kMostOff) || gaps.between(a, b)) {
       continue;
     }
     request.plane_pairs.emplace_back(a, b);
@@ -180,7 +184,7 @@ std::vector<std::pair<PlaneId, PlaneId>> find_doubles(
   for (std::size_t i = 0; i < request.plane_pairs.size(); ++i) {
     const auto [a, b] = request.plane_pairs[i];
     const Agreement found = agreement(graph.at(a), graph.at(b), near.middle(a),
-                                      known.plane_pairs[i], options.association);
+                                      known.plane_pairs[i], !gaps.step(a, b), options.association);
     chi_of[std::minmax(a, b)] = found.chi;
     if (found.chi > options.gate || found.sigma > options.max_sigma_m) continue;
     if (!near.beside(a, b)) continue;
@@ -225,6 +229,7 @@ std::vector<std::pair<PlaneId, PlaneId>> find_slivers(
     const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
     const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options) {
   const PlaneNeighbourhood near(graph, outlines, options.association.max_gap_m, false);
+  const LevelGaps gaps(graph, outlines, options.association);
   BestCovers best;
   for (const auto& [a, b] : near.pairs(kThinAngle)) {
     if (has(apart, a, b)) continue;
@@ -233,7 +238,8 @@ std::vector<std::pair<PlaneId, PlaneId>> find_slivers(
     const PlaneLandmark &small = graph.at(a), &large = graph.at(b);
     if (std::abs(large.plane_map().signed_distance(near.middle(a))) > kThin) continue;
     const Cover cover = cover_of(small, std::array{&large});
-    if (cover.share >= kCovered && cover.farthest <= kThin) best.offer(a, b, cover.share);
+    if (!(cover.share >= kCovered) || cover.farthest > kThin || gaps.step(a, b)) continue;
+    best.offer(a, b, cover.share);
   }
   return best.pairs();
 }
@@ -267,13 +273,14 @@ std::vector<std::pair<PlaneId, PlaneId>> find_seen_through(
     PlaneId small, large;
     double off;  // m
   };
+  const LevelGaps gaps(graph, outlines, options.association);
   std::vector<Near> candidates;
   std::map<PlaneId, double> nearest_other;  // m: to a plane that it is told apart from
   for (const auto& [a, b] : near.pairs(options.association.max_angle_deg * kDegree)) {
     const PlaneLandmark &small = graph.at(a), &large = graph.at(b);
     const double off = std::abs(large.plane_map().signed_distance(near.middle(a)));
     if (!(off <= kMostOff) || width_of(small.outline) < kWide) continue;
-    if (told_apart(a, b)) {
+    if (told_apart(a, b) || gaps.step(a, b)) {
       for (const PlaneId id : {a, b}) {
         const auto known = nearest_other.emplace(id, off).first;
         known->second = std::min(known->second, off);

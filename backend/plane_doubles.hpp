@@ -27,7 +27,9 @@ struct DoubleOptions {
 /// and
 ///   d^T (J C J^T + S)^-1 d <= gate,   d = a [-] b about the middle of a's evidence,
 /// C the joint 6x6 covariance of both planes in the whole graph: drift between two visits widens
-/// it, views from one keyframe leave no room for a slab on a floor. S: surfaces are not planes. A
+/// it, views from one keyframe leave no room for a slab on a floor. S: surfaces are not planes;
+/// zero for level planes with an edge between them (LevelGaps::step). Level planes with a lower one
+/// seen between them are two, however level with each other: two platforms, two desks in a row. A
 /// set of planes becomes one only when all its near pairs agree; one that fits two planes alike
 /// which do not fit each other waits. Pairs in `apart` are never proposed. Deterministic.
 std::vector<std::pair<PlaneId, PlaneId>> find_doubles(
@@ -44,7 +46,7 @@ std::vector<std::pair<PlaneId, PlaneId>> find_line_doubles(
 
 /// Pairs (from, into): the few views of `from` (up to six, or 2 % of the other's) lie within 3 cm
 /// of `into` all over, where that was seen too. Clutter of a large plane's own noise: a bend of the
-/// image, a grazing view.
+/// image, a grazing view. Not where keyframes saw an edge between the two (LevelGaps::step).
 std::vector<std::pair<PlaneId, PlaneId>> find_slivers(
     const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
     const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options);
@@ -52,8 +54,8 @@ std::vector<std::pair<PlaneId, PlaneId>> find_slivers(
 /// Pairs (from, into) that cannot both be there, the one with fewer views first: seen from the same
 /// side, no further apart nor more turned than one wall may be, most of the smaller one's outline
 /// within the other's, so that one would be seen through the other. Areas of some width only. No
-/// keyframe's views of the two tell them apart, and neither of them stands nearer to a plane that
-/// it is told apart from. Pairs in `apart` are never proposed.
+/// keyframe's views of the two tell them apart nor show an edge (LevelGaps::step), and neither of
+/// them stands nearer to a plane that it is told apart from. Pairs in `apart` are never proposed.
 std::vector<std::pair<PlaneId, PlaneId>> find_seen_through(
     const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
     const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options);

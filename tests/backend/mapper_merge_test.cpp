@@ -1,6 +1,9 @@
 // Planes that turn out to be one when the whole graph is refined.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+
 #include "mapper_room.hpp"
 
 namespace lamina {
@@ -27,6 +30,66 @@ TEST(MapperMerge, ReSightingsOverTwoLapsBecomeOneAndNothingElseDoes) {
 }
 
 TEST(MapperMerge, ALapThatWrongNamesHoldAsideComesBack) { expect_all_merged({13, 20}, 5); }
+
+// What an image shows of a floor and of platforms on it: each panel whole, its tilt off by what an
+// image shares, its height by half a millimetre.
+Observations see_platforms(Sensor& sensor, const SE3& T_map_body, Timestamp stamp,
+                           const std::vector<Panel>& panels) {
+  Observations o = sensor.depth(T_map_body, stamp, panels);
+  for (std::size_t i = 0; i < o.planes.size(); ++i) {
+    PlaneObservation& p = o.planes[i];
+    p.kind = i == 0 ? PlaneKind::kDominantFloor : PlaneKind::kSubDominant;
+    p.floor = {0.0005, i == 0 ? 0.001 : 0.003};
+    const Eigen::Vector3d c = p.moments_sensor.mean();
+    const SE3 off =
+        SE3::from_translation(c) *
+        SE3(SO3::exp({i == 0 ? 0 : sensor.gauss(0.003), i == 0 ? 0 : sensor.gauss(0.003), 0}),
+            {0, 0, sensor.gauss(0.0005)}) *
+        SE3::from_translation(-c);
+    p.moments_sensor = p.moments_sensor.transformed(off);
+    p.plane_sensor = off * p.plane_sensor;
+    for (auto& x : p.outline_sensor) x = off * x;
+  }
+  return o;
+}
+
+// Heights of the level planes of a map after a drive past platforms of these heights, 1.2 m wide,
+// left and right of the way, ascending.
+std::vector<double> heights_found(const std::vector<double>& platforms, unsigned seed) {
+  std::vector<Panel> panels{{Plane({0, 0, 1}, 0), {4, 0, 0}, {5, 2.5}}};
+  for (std::size_t i = 0; i < platforms.size(); ++i) {
+    panels.push_back({Plane({0, 0, 1}, platforms[i]),
+                      {3 + 2.2 * static_cast<double>(i / 2), i % 2 == 0 ? 1.2 : -1.2, platforms[i]},
+                      {0.6, 0.6}});
+  }
+  Sensor sensor(seed);
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.diagonal() << 1e-5, 1e-5, 1e-8, 1e-8, 1e-8, 1e-6;
+  Mapper mapper;
+  for (std::size_t i = 0; i < 25; ++i) {
+    const SE3 T_map_body = SE3::planar(0.08 * static_cast<double>(i), 0, 0);
+    mapper.add(see_platforms(sensor, T_map_body, at_frame(i), panels),
+               i == 0 ? SE3() : SE3::planar(0.08, 0, 0), covariance);
+  }
+  mapper.refine();
+  std::vector<double> heights;
+  for (const MapPlane& plane : mapper.map().planes) heights.push_back(plane.centroid_map.z());
+  std::sort(heights.begin(), heights.end());
+  return heights;
+}
+
+TEST(MapperMerge, PlatformsWithFloorBetweenStayTwo) {
+  const std::array<double, 5> heights{0, 0.02, 0.03, 0.05, 0.1};
+  const auto found = heights_found({0.02, 0.03, 0.05, 0.1}, 1);
+  ASSERT_EQ(found.size(), heights.size());
+  for (std::size_t i = 0; i < heights.size(); ++i) EXPECT_NEAR(found[i], heights[i], 0.004);
+}
+
+TEST(MapperMerge, ALowPlatformOfFewViewsStaysApartFromItsFloor) {
+  const auto found = heights_found({0.02}, 4);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_NEAR(found[1] - found[0], 0.02, 0.004);
+}
 
 TEST(MapperMerge, AMergeIsTakenBackWithItsEvidence) {
   Mapper mapper = doubled(4, make_room());
