@@ -8,12 +8,16 @@
 #include <cmath>
 #include <utility>
 
+#include <lamina/frontend/floor/depth_distortion.hpp>
+
 namespace lamina {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
 const double kNear = std::sin(12 * kDegree);  // of a right angle; beyond, none is meant
 constexpr double kBuilt = 0.5 * kDegree;      // 1-sigma of angles as they are built
+constexpr double kUsual = 0.3;                // px, 1-sigma of a coefficient
+constexpr double kMeant = 4;   // chi-squared of an angle, beyond which no usual bend makes it
 constexpr double kRobust = 4;  // chi-squared at which a pair counts a quarter (Geman-McClure)
 constexpr double kImages = 6;  // as many as all images together count
 
@@ -67,6 +71,14 @@ Angles angles_between(const SeenPlane& a, const SeenPlane& b, const Eigen::Vecto
       add_angle(angles, -sign * t.dot(sb.n), a, t.transpose() * sa.by_q, b,
                 -sign * t.transpose() * sb.by_q, c.size());
     }
+  }
+  // A ramp of a few degrees is no floor that a bend has tilted.
+  for (int k = 0; k < angles.count; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    const double expected =
+        angles.variance[i] +
+        kUsual * kUsual * angles.by_bend[i].head(DepthDistortion::kAffine).squaredNorm();
+    if (angles.value[i] * angles.value[i] > kMeant * expected) return {};
   }
   return angles;
 }

@@ -75,6 +75,22 @@ TEST(PlaneAngles, SlopeOfTheCost) {
   }
 }
 
+// Five degrees, and a bend of 0.3 px turns it by one: no floor that looks tilted.
+TEST(PlaneAngles, AShallowRampTellsNothing) {
+  std::mt19937_64 random(4);
+  std::vector<SeenPlane> planes = corner(random, Eigen::VectorXd::Zero(kTerms));
+  planes.resize(2);
+  for (SeenPlane& plane : planes) plane.by_bend *= 0.5;
+  planes[1].q = planes[0].q + std::tan(5 * M_PI / 180) * planes[1].q;
+  PlaneAngles angles;
+  angles.add(planes);
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(kTerms, kTerms);
+  Eigen::VectorXd g = Eigen::VectorXd::Zero(kTerms);
+  angles.linearize(Eigen::VectorXd::Zero(kTerms), H, g);
+  EXPECT_EQ(H.norm(), 0);
+  EXPECT_EQ(g.norm(), 0);
+}
+
 TEST(PlaneAngles, WhatIsBuiltAskewTellsNothing) {
   std::mt19937_64 random(3);
   std::vector<SeenPlane> planes = corner(random, Eigen::VectorXd::Zero(kTerms));
