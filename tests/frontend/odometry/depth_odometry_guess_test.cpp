@@ -1,0 +1,84 @@
+// Where surfaces leave the motion open, or wheels and images disagree about it.
+#include <gtest/gtest.h>
+
+#include <lamina/frontend/odometry/depth_odometry.hpp>
+
+#include "plane_camera.hpp"
+
+namespace lamina {
+namespace {
+
+using namespace made_up;
+
+// A hall: its floor, and a wall ahead of which a camera that looks down sees a little. A wheel
+// spins for two images; wheels that are sure of themselves say that the body turned by 5 degrees in
+// each.
+TEST(DepthOdometry, AWheelThatSlipsIsNotBelievedAgainstAWall) {
+  const Planes hall = {{Eigen::Vector3d::UnitZ(), 0}, {-Eigen::Vector3d::UnitX(), -5.5}};
+  Camera camera;
+  DepthOdometry odometry;
+  SE3 T_world_body(SO3::rot_y(0.1), Eigen::Vector3d::Zero()), T_start_body;
+  const SE3 start = T_world_body;
+  for (int i = 0; i < 12; ++i) {
+    if (i > 0) T_world_body = T_world_body * SE3::planar(0.05, 0, 0);
+    const bool slips = i == 6 || i == 7;
+    const SE3 wheels = SE3::planar(0.05, 0, slips ? 0.2 : 0);
+    const Matrix6d covariance = Matrix6d::Identity() * 1e-5;
+    const DepthMotion m =
+        odometry.process(camera.see(hall, T_world_body, 0.2 * i),
+                         i > 0 ? std::optional(MotionGuess{wheels, covariance}) : std::nullopt);
+    T_start_body = T_start_body * m.T_prev_curr_body;
+  }
+  const SE3 e = (start.inverse() * T_world_body).inverse() * T_start_body;
+  EXPECT_LT(e.so3().log().norm(), 0.02);
+  EXPECT_LT(e.translation().norm(), 0.05);
+}
+
+// A camera that looks down comes round from a corner to bare floor. There every turn fits, and the
+// less it turns the more of the image stays in view: wheels are right all the same.
+TEST(DepthOdometry, WheelsThatTurnOverBareFloorAreBelieved) {
+  const Planes corner = {{Eigen::Vector3d::UnitZ(), 0},
+                         {-Eigen::Vector3d::UnitX(), -2.2},
+                         {-Eigen::Vector3d::UnitY(), -2.2}};
+  Camera camera;
+  DepthOdometry odometry;
+  const SE3 looks_down(SO3::rot_y(0.35), Eigen::Vector3d::Zero());
+  SE3 T_world_robot(SO3::rot_z(1.2), Eigen::Vector3d::Zero()), T_start_body;
+  const SE3 start = T_world_robot * looks_down;
+  for (int i = 0; i < 16; ++i) {
+    const SE3 moved = i > 0 ? SE3::planar(0, 0, 0.16) : SE3();
+    T_world_robot = T_world_robot * moved;
+    const MotionGuess wheels{looks_down.inverse() * moved * looks_down,
+                             Matrix6d::Identity() * 1e-5};
+    const DepthMotion m =
+        odometry.process(camera.see(corner, T_world_robot * looks_down, 0.2 * i), wheels);
+    T_start_body = T_start_body * m.T_prev_curr_body;
+  }
+  const SE3 e = (start.inverse() * T_world_robot * looks_down).inverse() * T_start_body;
+  EXPECT_LT(e.so3().log().norm(), 0.05);
+  EXPECT_LT(e.translation().norm(), 0.1);
+}
+
+// A body sways, 2 degrees to either side each second, and comes so near to a bare wall that it sees
+// nothing else. What it did in the last image before does not go on for seconds.
+TEST(DepthOdometry, ASwayingBodyIsNotTurnedOverBeforeAWall) {
+  const Planes all = {{Eigen::Vector3d::UnitZ(), 0}, {-Eigen::Vector3d::UnitX(), -2.5}};
+  const Planes wall = {all[1]};
+  Camera camera;
+  DepthOdometry odometry;
+  const auto pose = [](int i) {
+    const double roll = 2 * M_PI / 180 * std::sin(2 * M_PI * 0.1 * i);
+    return SE3(SO3::rot_y(0.2) * SO3::rot_x(roll), Eigen::Vector3d(0, 0.02 * roll, 0));
+  };
+  SE3 T_start_body;
+  for (int i = 0; i <= 30; ++i) {
+    const DepthMotion m = odometry.process(camera.see(i <= 10 ? all : wall, pose(i), 0.1 * i));
+    T_start_body = T_start_body * m.T_prev_curr_body;
+  }
+  const SE3 e = (pose(0).inverse() * pose(30)).inverse() * T_start_body;
+  EXPECT_LT(e.so3().log().norm(), 0.1);
+  EXPECT_LT(e.translation().norm(), 0.15);
+}
+
+}  // namespace
+}  // namespace lamina
