@@ -9,6 +9,7 @@
 
 #include <lamina/frontend/floor/floor_surface.hpp>
 #include <lamina/frontend/observation.hpp>
+#include <lamina/models/ground_look.hpp>
 
 namespace lamina {
 
@@ -103,6 +104,7 @@ struct FloorResult {
   std::vector<std::uint8_t> pixel_labels;  ///< organised: row-major, plane index + 1, 0: none
   FloorSurface surface;                    ///< empty when no floor was found
   std::vector<LowObstacle> low_obstacles;
+  GroundLook look;  ///< by cell: floor, something raised or sunk; for votes over images
   std::vector<Surfel> surfels_body;
   std::vector<FloorPatch> floor_patches;              ///< camera frame, one a surfel
   std::vector<Eigen::Vector3d> obstacle_points_body;  ///< above the floor, on no plane

@@ -285,7 +285,9 @@ void GroundMapper::map(const PlaneExtractor& extractor, FloorResult& result) {
   fill_surface(extractor, result);
   fill_evidence(extractor, result);
   std::vector<float> residuals;
-  result.low_obstacles = find_low_obstacles(evidence_, options_, &residuals);
+  LocalFloor local_floor;
+  result.low_obstacles = find_low_obstacles(evidence_, options_, &residuals, &local_floor);
+  result.look = looker_.look(extractor, result, reference_, local_floor);
   for (int i = 0; i < nx_; ++i) {
     for (int j = 0; j < ny_; ++j) {
       const std::size_t k = static_cast<std::size_t>(i * ny_ + j);

@@ -1,6 +1,7 @@
 // Ground cells from a labelled depth image: the floor's surface, and evidence for low obstacles.
 #pragma once
 
+#include <lamina/frontend/floor/ground_looker.hpp>
 #include <lamina/frontend/floor/low_obstacles.hpp>
 #include <lamina/frontend/floor/plane_extractor.hpp>
 
@@ -16,10 +17,10 @@ struct GroundSums {
 };
 
 /// Walks over patches of 8 x 2 pixels inside the ROI (levelled body frame of `result`), fills
-/// result.surface, .low_obstacles and .obstacle_points_body, and `evidence` for memories.
+/// result.surface, .low_obstacles, .look and .obstacle_points_body, and `evidence` for memories.
 class GroundMapper {
  public:
-  explicit GroundMapper(const FloorOptions& options) : options_(options) {}
+  explicit GroundMapper(const FloorOptions& options) : options_(options), looker_(options) {}
   void map(const PlaneExtractor& extractor, FloorResult& result);
   const EvidenceGrid& evidence() const { return evidence_; }
 
@@ -29,6 +30,7 @@ class GroundMapper {
   void fill_evidence(const PlaneExtractor& extractor, const FloorResult& result);
 
   FloorOptions options_;
+  GroundLooker looker_;
   std::vector<GroundSums> sums_;
   std::vector<int> reference_;      ///< plane -> plane its cells are compared with, -1: no floor
   std::vector<int> surface_plane_;  ///< plane -> index in FloorSurface::planes(), -1: no floor

@@ -34,17 +34,13 @@ class Detector {
     return connect();
   }
   std::vector<float>& residuals() { return residual_; }
+  LocalFloor& local_floor() { return local_; }
 
  private:
-  struct Node {
-    float height = 0;
-    bool known = false;
-  };
-
   bool seen(const CellEvidence& c) const { return c.information > 0; }
 
   // One node: the median of the cells around it, when there are enough to have one.
-  Node local_floor(int i0, int j0, int radius) {
+  LocalFloor::Node local_floor(int i0, int j0, int radius) {
     scratch_.clear();
     for (int i = std::max(0, i0 - radius); i <= std::min(grid_.nx - 1, i0 + radius); i += 2) {
       for (int j = std::max(0, j0 - radius); j <= std::min(grid_.ny - 1, j0 + radius); ++j) {
@@ -60,36 +56,22 @@ class Detector {
     const int radius = std::max(2, static_cast<int>(options_.local_floor_m / grid_.cell_m));
     const int step = std::max(1, radius / 2);
     const int mx = grid_.nx / step + 2, my = grid_.ny / step + 2;
-    std::vector<Node> nodes(static_cast<std::size_t>(mx * my));
+    local_.rows = my;
+    local_.step = step;
+    local_.nodes.assign(static_cast<std::size_t>(mx * my), {});
     for (int a = 0; a < mx; ++a) {
       for (int b = 0; b < my; ++b) {
-        nodes[static_cast<std::size_t>(a * my + b)] = local_floor(a * step, b * step, radius);
+        local_.nodes[static_cast<std::size_t>(a * my + b)] =
+            local_floor(a * step, b * step, radius);
       }
     }
     for (int i = 0; i < grid_.nx; ++i) {
       for (int j = 0; j < grid_.ny; ++j) {
         const std::size_t k = grid_.index(i, j);
         if (!seen(grid_.cells[k])) continue;
-        residual_[k] = grid_.cells[k].height - interpolate(nodes, my, step, i, j);
+        residual_[k] = grid_.cells[k].height - local_.at(i, j);
       }
     }
-  }
-
-  static float interpolate(const std::vector<Node>& nodes, int my, int step, int i, int j) {
-    const int a = i / step, b = j / step;
-    const float s = static_cast<float>(i % step) / static_cast<float>(step);
-    const float t = static_cast<float>(j % step) / static_cast<float>(step);
-    float sum = 0, weight = 0;
-    for (int da = 0; da < 2; ++da) {
-      for (int db = 0; db < 2; ++db) {
-        const Node& node = nodes[static_cast<std::size_t>((a + da) * my + b + db)];
-        const float w = (da ? s : 1 - s) * (db ? t : 1 - t);
-        if (!node.known) continue;
-        sum += w * node.height;
-        weight += w;
-      }
-    }
-    return weight > 1e-6F ? sum / weight : 0.0F;
   }
 
   // Means over 3 x 3 cells.
@@ -204,11 +186,29 @@ class Detector {
 
   const EvidenceGrid& grid_;
   const FloorOptions& options_;
+  LocalFloor local_;
   std::vector<float> residual_, score_, error_, scratch_;
   std::int64_t tests_ = 0;
 };
 
 }  // namespace
+
+float LocalFloor::at(int i, int j) const {
+  const int a = i / step, b = j / step;
+  const float s = static_cast<float>(i % step) / static_cast<float>(step);
+  const float t = static_cast<float>(j % step) / static_cast<float>(step);
+  float sum = 0, weight = 0;
+  for (int da = 0; da < 2; ++da) {
+    for (int db = 0; db < 2; ++db) {
+      const Node& node = nodes[static_cast<std::size_t>((a + da) * rows + b + db)];
+      const float w = (da ? s : 1 - s) * (db ? t : 1 - t);
+      if (!node.known) continue;
+      sum += w * node.height;
+      weight += w;
+    }
+  }
+  return weight > 1e-6F ? sum / weight : 0.0F;
+}
 
 double normal_threshold(double probability) {
   double low = 0, high = 40;
@@ -220,11 +220,13 @@ double normal_threshold(double probability) {
 }
 
 std::vector<LowObstacle> find_low_obstacles(const EvidenceGrid& grid, const FloorOptions& options,
-                                            std::vector<float>* residuals) {
+                                            std::vector<float>* residuals,
+                                            LocalFloor* local_floor) {
   if (grid.cells.empty()) return {};
   Detector detector(grid, options);
   auto found = detector.run();
   if (residuals) *residuals = std::move(detector.residuals());
+  if (local_floor) *local_floor = std::move(detector.local_floor());
   return found;
 }
 

@@ -28,6 +28,18 @@ struct EvidenceGrid {
   }
 };
 
+/// The floor as its surroundings have it: medians at nodes `step` cells apart, bilinear between.
+struct LocalFloor {
+  struct Node {
+    float height = 0;
+    bool known = false;
+  };
+  int rows = 0, step = 1;   ///< nodes along j; cells between nodes
+  std::vector<Node> nodes;  ///< (a, b) at a * rows + b
+  /// m above the plane of reference at cell (i, j), seen or not; 0 where no node around is known.
+  float at(int i, int j) const;
+};
+
 /// Two-sided normal threshold: P(|z| > result) = probability.
 double normal_threshold(double probability);
 
@@ -39,8 +51,10 @@ double normal_threshold(double probability);
 /// 4. cells beyond the threshold at which a whole grid of flat floor shows a false one with
 ///    probability `false_alarm`, connected (8 neighbours), of one sign, at least
 ///    min_obstacle_cells and min_obstacle_height_m.
-/// `residuals` (if given) gets the heights above the local floor; NaN where unseen.
+/// `residuals` (if given) gets the heights above the local floor, NaN where unseen; `local_floor`
+/// that floor itself.
 std::vector<LowObstacle> find_low_obstacles(const EvidenceGrid& grid, const FloorOptions& options,
-                                            std::vector<float>* residuals = nullptr);
+                                            std::vector<float>* residuals = nullptr,
+                                            LocalFloor* local_floor = nullptr);
 
 }  // namespace lamina
