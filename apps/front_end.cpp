@@ -275,6 +275,7 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
     const auto timer = metrics.time("obstacles");
     step.obstacles = obstacles_.process(frame, floor, floor_.disparities());
   }
+  if (!floor.look.empty()) step.ground = std::move(floor.look);
   if (!wheels_met_ && !last_scan_) {
     moved = move_by_depth(frame, floor, step, metrics);
   } else if (!moved) {

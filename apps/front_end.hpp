@@ -41,6 +41,7 @@ struct Step {
   std::optional<SE3> wheels_moved;        ///< the body since the last scan, as wheels have it
   std::optional<ObstacleScan> obstacles;  ///< from depth: levelled frame of this instant
   SE3 T_body_levelled;                    ///< that frame in the body
+  std::optional<GroundLook> ground;       ///< from depth, in that frame
 };
 
 /// T_map_body of a body that sees this floor: floor at z = 0, origin above (0, 0), x of the map

@@ -6,10 +6,10 @@
 
 namespace lamina::apps {
 
-GroundHits::GroundHits(const std::vector<MapPlane>& planes) {
+GroundHits::GroundHits(const std::vector<MapPlane>& planes, Of of) {
   const bool ramps = std::any_of(planes.begin(), planes.end(),
                                  [](const MapPlane& p) { return p.label == PlaneLabel::kRamp; });
-  if (!ramps) return;
+  if (!ramps && of == Of::kMapsWithRamps) return;
   for (const MapPlane& plane : planes) {
     if (plane.label != PlaneLabel::kRamp && plane.label != PlaneLabel::kFloor &&
         plane.label != PlaneLabel::kStep)
@@ -43,12 +43,23 @@ std::optional<double> GroundHits::under(const Eigen::Vector3d& p_map) const {
   constexpr double kBelow = 0.1;  // m: what noise and the edges of ramps put under the ground
   std::optional<double> highest;
   for (const Area& area : areas_) {
-    const Eigen::Vector3d& n = area.plane_map.normal();
-    const double z = (area.plane_map.rho() - n.head<2>().dot(p_map.head<2>())) / n.z();
+    const double z = area.height_at(p_map);
     if (!(z < p_map.z() + kBelow) || (highest && z <= *highest)) continue;
     if (area.holds(area.T_plane_map * Eigen::Vector3d(p_map.x(), p_map.y(), z))) highest = z;
   }
   return highest;
+}
+
+std::optional<double> GroundHits::nearest(const Eigen::Vector3d& p_map, double near) const {
+  std::optional<double> found;
+  for (const Area& area : areas_) {
+    const double z = area.height_at(p_map), off = std::abs(z - p_map.z());
+    if (!(off < near)) continue;
+    if (!area.holds(area.T_plane_map * Eigen::Vector3d(p_map.x(), p_map.y(), z))) continue;
+    found = z;
+    near = off;
+  }
+  return found;
 }
 
 }  // namespace lamina::apps

@@ -89,7 +89,11 @@ void write_edges(const std::filesystem::path& file, const std::vector<EdgePoint>
 }  // namespace
 
 MapOutput::MapOutput(std::filesystem::path folder, const Settings& settings)
-    : folder_(std::move(folder)), settings_(settings), scans_(folder_), rims_(folder_) {}
+    : folder_(std::move(folder)),
+      settings_(settings),
+      scans_(folder_),
+      rims_(folder_),
+      ground_(folder_) {}
 
 void MapOutput::keep(const io::KeptScan& scan) {
   ArchiveWriter archive;
@@ -115,6 +119,7 @@ void MapOutput::add(const Step& step, const AddResult& added) {
   if (added.loop_closed) ++metrics.counts["loops"];
   if (step.scan) keep({*step.scan, false});
   if (step.obstacles) add_obstacles(*step.obstacles, step.T_body_levelled);
+  if (step.ground) ground_.add(step.observations.stamp, *step.ground, step.T_body_levelled);
 }
 
 // How far images in a row, or scans, left a direction of their motion open.
@@ -158,6 +163,7 @@ void MapOutput::take(const io::Session& session) {
   parts_ = session.parts;
   for (const io::KeptScan& scan : session.scans) keep(scan);
   rims_.take(session.rims);
+  ground_.take(session.ground);
   metrics.counts = session.counts;
   metrics.skipped = session.skipped;
 }
@@ -250,6 +256,7 @@ void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
     map.loose_points =
         without_passed(map.loose_points, *occupancy, low - kScanBand, high + kScanBand, {}, below);
   }
+  ground_.put_into(map, trajectory, settings_.grid_resolution, settings_.robot.max_step);
   Rasterizer rasterizer(raster_options(settings_));
   rasterizer.update(map);
   // Scans alone may make a scrap of a level plane out of clutter: that is no floor.
@@ -306,7 +313,7 @@ void MapOutput::write_session(const Mapper& mapper, const Trajectory& trajectory
   session.before = before_;
   session.counts = metrics.counts;
   session.skipped = metrics.skipped;
-  io::write_session(folder_ / "session.lamina", session, scans_, rims_.seen());
+  io::write_session(folder_ / "session.lamina", session, scans_, rims_.seen(), ground_.seen());
 }
 
 void MapOutput::write(const Mapper& mapper, bool online) {

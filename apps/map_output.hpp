@@ -10,6 +10,7 @@
 
 #include <lamina/apps/combined_scan.hpp>
 #include <lamina/apps/front_end.hpp>
+#include <lamina/apps/ground_votes.hpp>
 #include <lamina/apps/rim_votes.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/apps/window_log.hpp>
@@ -62,6 +63,7 @@ class MapOutput {
   std::vector<io::SessionPart> parts_;  // of a session that goes on
   io::Spool scans_;                     // io::KeptScan, for scans.csv and the occupancy grid
   RimVotes rims_;
+  GroundVotes ground_;
   void write_scans(const Trajectory& trajectory) const;
   Trajectory before_;
   void note_open_way(const Step& step);

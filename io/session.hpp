@@ -11,6 +11,7 @@
 
 #include <lamina/backend/map_state.hpp>
 #include <lamina/io/spool.hpp>
+#include <lamina/models/ground_look.hpp>
 #include <lamina/models/planar_map.hpp>
 #include <lamina/models/trajectory.hpp>
 #include <lamina/sensors/laser_scan.hpp>
@@ -24,6 +25,13 @@ struct SeenRims {
   double angle_min = 0, angle_increment = 0;
   std::vector<float> reach;  ///< m from the origin, ground seen without a break
   std::vector<EdgePoint> rims_levelled;
+};
+
+/// What an image saw of the ground, and where that frame lies in the body.
+struct SeenGround {
+  Timestamp stamp;
+  SE3 T_body_levelled;
+  GroundLook look;
 };
 
 /// A scan in its own frame (`scan.lidar.T_body_lidar`), real or made from depth.
@@ -46,6 +54,7 @@ struct Session {
   MapState map;
   std::vector<KeptScan> scans;
   std::vector<SeenRims> rims;
+  std::vector<SeenGround> ground;
   Trajectory before;                     ///< T_map_body before the refinement; may be empty
   std::map<std::string, double> counts;  ///< as in metrics.json
   std::map<std::string, std::int64_t> skipped;
@@ -56,10 +65,10 @@ struct Session {
 
 /// Whole or not at all.
 void write_session(const std::filesystem::path& file, const Session& session);
-/// The same with the archived items (session_archive.hpp) of `scans` and `rims`, of which `session`
-/// itself holds none: never all of them in memory.
+/// The same with the archived items (session_archive.hpp) of `scans`, `rims` and `ground`, of which
+/// `session` itself holds none: never all of them in memory.
 void write_session(const std::filesystem::path& file, const Session& session, const Spool& scans,
-                   const Spool& rims);
+                   const Spool& rims, const Spool& ground);
 /// Throws lamina::Error, one line: not there, something else, another version, cut short, damaged.
 Session read_session(const std::filesystem::path& file);
 /// What stands behind the header; `name` is the file's, for the error line.

@@ -11,6 +11,10 @@ void fields(A& a, SeenRims& v) {
   a(v.stamp, v.T_body_levelled, v.angle_min, v.angle_increment, v.reach, v.rims_levelled);
 }
 template <class A>
+void fields(A& a, SeenGround& v) {
+  a(v.stamp, v.T_body_levelled, v.look);
+}
+template <class A>
 void fields(A& a, KeptScan& v) {
   a(v.scan, v.from_depth);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lamina/models/archive.hpp>
+#include <lamina/models/ground_look.hpp>
 #include <lamina/models/moments.hpp>
 #include <lamina/models/outline_grid.hpp>
 #include <lamina/models/planar_map.hpp>
@@ -17,6 +18,15 @@ void fields(A& a, Timestamp& v) {
   std::int64_t ns = v.nanoseconds();
   a(ns);
   v = Timestamp::from_nanoseconds(ns);
+}
+
+template <class A>
+void fields(A& a, GroundMark& v) {
+  a(v.xy, v.height, v.sigma);
+}
+template <class A>
+void fields(A& a, GroundLook& v) {
+  a(v.origin, v.cell_m, v.nx, v.ny, v.floor_bits, v.marks);
 }
 
 // The constructor would normalise: a class of standard layout begins with its first member, so the

@@ -56,6 +56,16 @@ TEST(GroundHits, KnowsWhatIsUnderABodyOrAPoint) {
   EXPECT_FALSE(ground.under({4, 0, 0}));  // under the ramp
 }
 
+TEST(GroundHits, TheNearestGroundIsTheOneMeant) {
+  const GroundHits ground({patch(PlaneLabel::kFloor, kFloor, -3, 2),
+                           patch(PlaneLabel::kStep, Plane({0, 0, 1}, 0.03), -1, 1)},
+                          GroundHits::Of::kAnyMap);
+  EXPECT_NEAR(*ground.nearest({0, 0, 0.005}, 0.015), 0, 1e-12);
+  EXPECT_NEAR(*ground.nearest({0, 0, 0.025}, 0.015), 0.03, 1e-12);
+  EXPECT_FALSE(ground.nearest({0, 0, 0.05}, 0.015));
+  EXPECT_FALSE(ground.nearest({5, 0, 0}, 0.015));
+}
+
 TEST(GroundHits, WithoutARampThereIsNone) {
   EXPECT_TRUE(GroundHits({patch(PlaneLabel::kFloor, kFloor, -3, 2)}).empty());
 }

@@ -39,6 +39,11 @@ Session small_session() {
   scan.ranges = {1.0F, 2.0F};
   session.scans = {{scan, true}};
   session.rims = {{scan.stamp, SE3(), 0, 0.1, {1.0F}, {{{1, 2, 3}, 0.1, true}}}};
+  GroundLook look;
+  look.nx = look.ny = 4;
+  look.floor_bits = {5, 6};
+  look.marks = {{{1, 2}, 0.03F, 0.002F}};
+  session.ground = {{scan.stamp, SE3(), look}};
   session.before.add(scan.stamp, SE3());
   session.counts["steps"] = 2;
   session.skipped["missing file"] = 1;
@@ -70,7 +75,7 @@ TEST(Session, WrittenItemByItemItIsTheSame) {
   Session session = small_session();
   write_session(file, session);
   const std::string whole = bytes_of(file);
-  Spool scans, rims;
+  Spool scans, rims, ground;
   const auto put_aside = [](Spool& spool, const auto& items) {
     for (const auto& item : items) {
       ArchiveWriter archive;
@@ -80,9 +85,11 @@ TEST(Session, WrittenItemByItemItIsTheSame) {
   };
   put_aside(scans, session.scans);
   put_aside(rims, session.rims);
+  put_aside(ground, session.ground);
   session.scans.clear();
   session.rims.clear();
-  write_session(file, session, scans, rims);
+  session.ground.clear();
+  write_session(file, session, scans, rims, ground);
   EXPECT_EQ(bytes_of(file), whole);
 }
 
@@ -96,6 +103,8 @@ TEST(Session, ComesBackAndIsWrittenTheSame) {
   EXPECT_EQ(back.map.frames.size(), 2u);
   EXPECT_EQ(back.scans[0].scan.ranges.size(), 2u);
   EXPECT_EQ(back.rims[0].rims_levelled[0].sigma, 0.1);
+  EXPECT_EQ(back.ground[0].look.floor_bits, (std::vector<std::uint8_t>{5, 6}));
+  EXPECT_EQ(back.ground[0].look.marks[0].height, 0.03F);
   EXPECT_EQ(back.skipped.at("missing file"), 1);
   const std::string first = bytes_of(file);
   write_session(file, back);
@@ -116,7 +125,7 @@ TEST(Session, SaysWhatIsWrong) {
   other[8] = 9;
   put(file, other);
   EXPECT_EQ(complaint(file),
-            name + ": found version 9, expected version 2: it was made by another lamina");
+            name + ": found version 9, expected version 3: it was made by another lamina");
   put(file, good.substr(0, good.size() - 1));
   EXPECT_NE(complaint(file).find("it was cut short"), std::string::npos);
   std::string damaged = good;
@@ -130,7 +139,7 @@ TEST(Session, SaysWhatIsWrong) {
 
 TEST(Session, ContentThatLiesIsRefused) {
   const auto file = file_for_test();
-  constexpr SealedKind kKind{"LAMINASN", 2, "x"};
+  constexpr SealedKind kKind{"LAMINASN", 3, "x"};
   write_sealed(file, kKind, std::string(64, '\xff'));
   EXPECT_NE(complaint(file).find("makes no sense"), std::string::npos);
   Session broken = small_session();
