@@ -164,7 +164,12 @@ std::optional<SE3> DepthOdometry::search(const DepthBlocks& current, const Expec
   for (const SE3& start : starts) {
     Alignment tried;
     tried.T_world_camera = start;
-    align(current, start, e.information, tried, options_.coarse_iterations, 2);
+    align(current, start, e.information, tried, options_.coarse_iterations, e.by_wheels ? 0 : 2);
+    // Most starts beside right wheels come back to where they say: no fine steps for these.
+    if (e.by_wheels) {
+      if (gain(current, a.T_world_camera, tried.T_world_camera) <= 0.5 * best) continue;
+      align(current, start, e.information, tried, 0, 2);
+    }
     const double gained = e.by_wheels ? gain(current, a.T_world_camera, tried.T_world_camera)
                                       : fit(current, tried.T_world_camera) - as_it_is;
     if (gained <= best || (e.by_wheels && !slipped(a, tried, T_body_camera))) continue;
