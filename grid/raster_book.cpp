@@ -59,6 +59,7 @@ Book::Item Book::item(const Surfel& s) const {
   d.add(s.covariance);
   d.add(static_cast<double>(s.parent_plane));
   result.digest = d.value;
+  result.plane = s.parent_plane;
   return result;
 }
 
@@ -84,6 +85,7 @@ Book::Item Book::item(const MapPlane& plane) const {
   const double reach = options_.resolution + (is_steep(plane) ? wall_reach(options_) : 0.0);
   Item result = sound ? covering(low, high, reach) : Item{};
   result.digest = d.value;
+  result.plane = plane.id;
   return result;
 }
 
@@ -140,7 +142,27 @@ void Book::place(Kind& kind, std::size_t index, const Item& item) {
       mark(*tile, kind.mark);
     }
   }
+  if (&kind == &surfels_ && old.plane != item.plane) adopt(old.plane, item.plane);
   old = item;
+}
+
+void Book::adopt(std::int64_t from, std::int64_t to) {
+  if (from >= 0 && --surfels_of[from] == 0) {
+    surfels_of.erase(from);
+    adopted_.insert(from);
+  }
+  if (to >= 0 && ++surfels_of[to] == 1) adopted_.insert(to);
+}
+
+void Book::mark_adopted() {
+  if (adopted_.empty()) return;
+  for (const Item& item : planes_.items) {
+    if (!adopted_.contains(item.plane)) continue;
+    for (std::int32_t j = item.j0; j <= item.j1; ++j) {
+      for (std::int32_t i = item.i0; i <= item.i1; ++i) mark(*tiles.at({j, i}), planes_.mark);
+    }
+  }
+  adopted_.clear();
 }
 
 void Book::cut(Kind& kind, std::size_t size) {
@@ -212,6 +234,7 @@ void Book::update(const PlanarMap& map) {
   compare(planes_, map.planes, std::size_t{0});
   compare(edges_, map.edges, std::size_t{0});
   compare(points_, map.loose_points, std::size_t{0});
+  mark_adopted();
   follow(map.trajectory, true);
 }
 
@@ -220,6 +243,7 @@ void Book::update(const PlanarMap& map, const RasterChanges& changes) {
   compare(planes_, map.planes, changes.planes);
   compare(edges_, map.edges, changes.edges);
   compare(points_, map.loose_points, changes.loose_points);
+  mark_adopted();
   follow(map.trajectory, false);
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -35,6 +36,7 @@ class Book {
   }
 
   Tiles tiles;
+  SurfelCounts surfels_of;
   std::vector<Tile*> marked;                 ///< tiles with something to do, each once
   std::vector<PathPoint> seeds, references;  ///< of the path, one every so far
 
@@ -43,6 +45,7 @@ class Book {
   struct Item {
     std::uint64_t digest = 0;
     std::int32_t i0 = 1, j0 = 1, i1 = 0, j1 = 0;
+    std::int64_t plane = -1;  ///< id: of a plane itself, of a surfel's parent
   };
   using List = std::vector<std::int32_t> Tile::*;
   struct Kind {
@@ -62,6 +65,10 @@ class Book {
   void compare(Kind& kind, const std::vector<T>& list, std::size_t from);
   template <class T>
   void compare(Kind& kind, const std::vector<T>& list, const std::vector<std::size_t>& listed);
+  /// A surfel leaves its parent for another.
+  void adopt(std::int64_t from, std::int64_t to);
+  /// Tiles of planes that got their first surfel or lost all.
+  void mark_adopted();
   void follow(const Trajectory& path, bool from_start);
   void place_path();
 
@@ -69,7 +76,8 @@ class Book {
   Kind surfels_{&Tile::surfels, &Tile::redraw, {}}, planes_{&Tile::planes, &Tile::redraw, {}},
       edges_{&Tile::edges, &Tile::redraw, {}}, points_{&Tile::points, &Tile::redraw, {}},
       seeds_{&Tile::seeds, &Tile::reseed, {}}, references_{&Tile::references, &Tile::rerefer, {}};
-  std::size_t followed_ = 0;  ///< poses of the path looked at
+  std::unordered_set<std::int64_t> adopted_;  ///< planes that got their first surfel or lost all
+  std::size_t followed_ = 0;                  ///< poses of the path looked at
 };
 
 }  // namespace lamina::raster

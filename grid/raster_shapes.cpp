@@ -95,19 +95,23 @@ void bar(const Eigen::Vector2d& xy, double z0, double z1, Canvas& canvas) {
                     static_cast<float>(std::min(z0, z1)), static_cast<float>(std::max(z0, z1)));
 }
 
-// A plane holds where its surfels are, or where none are far and wide.
-bool fills(const Support& s, int i, int j, const Canvas& canvas) {
+// A plane holds where its surfels are; one that has none, where others are not.
+bool fills(const Support& s, bool has_surfels, int i, int j, const Canvas& canvas) {
   const DiscDistance::Nearest disc = canvas.discs.at(i, j);
-  if (disc.distance > canvas.options.plane_ring) return true;
-  const bool same =
-      std::abs(disc.height - s.height) <= static_cast<float>(canvas.options.level_gap);
+  if (disc.distance > canvas.options.plane_ring) return !has_surfels;
+  const auto gap = static_cast<float>(canvas.options.level_gap);
+  // Images that saw what lies below looked through.
+  if (has_surfels && disc.height < s.height - gap)
+    return canvas.discs.disc_near(i, j, canvas.options.plane_gap, s.height, gap);
+  const bool same = std::abs(disc.height - s.height) <= gap;
   if (!same || disc.walked <= canvas.options.plane_gap) return true;
   return disc.walked <= canvas.options.wall_gap &&
          canvas.discs.wall_near(i, j, canvas.options.wall_near, s.height);
 }
 
 void fill_outline(const std::vector<Eigen::Vector2d>& outline, const Incline& incline,
-                  const LocalOffsets::Offset& offset, std::int32_t source, Canvas& canvas) {
+                  const LocalOffsets::Offset& offset, std::int32_t source, bool has_surfels,
+                  Canvas& canvas) {
   const double r = canvas.options.resolution;
   std::vector<double> xs;
   for (int j = 0; j < kSide; ++j) {
@@ -129,7 +133,7 @@ void fill_outline(const std::vector<Eigen::Vector2d>& outline, const Incline& in
         s.source = source;
         s.reach = Support::kPlaneReach;
         s.height = height + static_cast<float>(offset.mean);
-        if (!fills(s, i, j, canvas)) continue;
+        if (!fills(s, has_surfels, i, j, canvas)) continue;
         s.variance = static_cast<float>(offset.predictive(incline.variance(d)));
         canvas.supports.push_back(s);
       }
@@ -307,6 +311,17 @@ bool DiscDistance::wall_near(int i, int j, double reach, float floor) const {
   return false;
 }
 
+bool DiscDistance::disc_near(int i, int j, double reach, float height, float gap) const {
+  const int n = static_cast<int>(reach / resolution_ + 1e-9);
+  for (int v = std::max(j - n, -margin_); v <= std::min(j + n, kSide + margin_ - 1); ++v) {
+    for (int u = std::max(i - n, -margin_); u <= std::min(i + n, kSide + margin_ - 1); ++u) {
+      const std::size_t k = index(u, v);
+      if (distance_[k] == 0.0F && std::abs(height_[k] - height) <= gap) return true;
+    }
+  }
+  return false;
+}
+
 DiscDistance::Nearest DiscDistance::at(int i, int j) const {
   const std::size_t k = index(i, j);
   const double distance = static_cast<double>(distance_[k]) * resolution_;
@@ -362,7 +377,7 @@ void draw_walls(const MapPlane& plane, Canvas& canvas) {
   }
 }
 
-void draw_floor(const MapPlane& plane, std::int32_t index, Canvas& canvas) {
+void draw_floor(const MapPlane& plane, std::int32_t index, bool has_surfels, Canvas& canvas) {
   const Eigen::Vector3d& n = plane.plane_map.normal();
   const Incline incline(plane.centroid_map, n, plane.covariance);
   const LocalOffsets::Offset offset = canvas.offsets.of(plane);
@@ -370,7 +385,7 @@ void draw_floor(const MapPlane& plane, std::int32_t index, Canvas& canvas) {
     if (outline.empty()) continue;
     std::vector<Eigen::Vector2d> flat;
     for (const Eigen::Vector3d& p : outline) flat.push_back(p.head<2>());
-    fill_outline(flat, incline, offset, 2 * index + 1, canvas);
+    fill_outline(flat, incline, offset, 2 * index + 1, has_surfels, canvas);
     if (n.z() < 0) trace_outline(outline, canvas);
   }
 }

@@ -25,6 +25,9 @@ class DiscDistance {
   Nearest at(int i, int j) const;
   /// Does a wall stand, in the robot's height above `floor`, within so much of the cell?
   bool wall_near(int i, int j, double reach, float floor) const;
+  /// Does a disc lie within so much of the cell (in either direction), no further than `gap` from
+  /// this height?
+  bool disc_near(int i, int j, double reach, float height, float gap) const;
 
  private:
   std::size_t index(int i, int j) const {
@@ -107,7 +110,8 @@ void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas);
 /// What stands in the cells a steep plane goes through, or passes within half a cell of.
 void draw_walls(const MapPlane& plane, Canvas& canvas);
 /// Surfaces and undersides cell by cell; nothing of steep planes.
-void draw_floor(const MapPlane& plane, std::int32_t index, Canvas& canvas);
+/// `has_surfels`: anywhere, so that those tell its holes.
+void draw_floor(const MapPlane& plane, std::int32_t index, bool has_surfels, Canvas& canvas);
 inline bool is_steep(const MapPlane& plane) {
   return std::abs(plane.plane_map.normal().z()) < kSteepCosine;
 }

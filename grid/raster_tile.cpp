@@ -169,7 +169,8 @@ void join_cells(int a, int b, const RasterOptions& options, const Tile& tile, Co
   }
 }
 
-void draw(const PlanarMap& map, const RasterOptions& options, Tile& tile) {
+void draw(const PlanarMap& map, const SurfelCounts& surfels_of, const RasterOptions& options,
+          Tile& tile) {
   tile.flags.fill(0);
   tile.obstacles.clear();
   Canvas canvas{tile, options, DiscDistance(options.resolution, options.plane_ring), {}, {}, {}};
@@ -195,7 +196,7 @@ void draw(const PlanarMap& map, const RasterOptions& options, Tile& tile) {
   }
   for (const std::int32_t k : tile.planes) {
     const MapPlane& plane = map.planes[static_cast<std::size_t>(k)];
-    if (!is_steep(plane)) draw_floor(plane, k, canvas);
+    if (!is_steep(plane)) draw_floor(plane, k, surfels_of.contains(plane.id), canvas);
   }
   draw_points(map, options, tile);
   for (const std::int32_t k : tile.edges) {
@@ -238,12 +239,13 @@ static_assert(sizeof(Level) == 10 * 4 && sizeof(Obstacle) == 3 * 4);  // no gaps
 
 }  // namespace
 
-bool draw_evidence(const PlanarMap& map, const RasterOptions& options, Tile& tile) {
+bool draw_evidence(const PlanarMap& map, const SurfelCounts& surfels_of,
+                   const RasterOptions& options, Tile& tile) {
   const auto flags = tile.flags;
   const auto level_of = tile.level_of;
   const std::vector<Level> levels = std::move(tile.levels);
   const std::vector<Obstacle> obstacles = std::move(tile.obstacles);
-  draw(map, options, tile);
+  draw(map, surfels_of, options, tile);
   label_components(options, tile);
   return !(flags == tile.flags && level_of == tile.level_of && same(levels, tile.levels) &&
            same(obstacles, tile.obstacles));

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <span>
 #include <type_traits>
+#include <unordered_map>
 #include <vector>
 
 #include <lamina/grid/raster_mask.hpp>
@@ -159,9 +160,13 @@ struct PathPoint {
   Eigen::Vector3d position_map = Eigen::Vector3d::Zero();
 };
 
+/// How many surfels have a plane for their parent, by its id; those with none are absent.
+using SurfelCounts = std::unordered_map<std::int64_t, std::int64_t>;
+
 /// Steps 1 and 2: evidence of the tile to levels, obstacles, flags; components of its levels.
 /// False: all as it was.
-bool draw_evidence(const PlanarMap& map, const RasterOptions& options, Tile& tile);
+bool draw_evidence(const PlanarMap& map, const SurfelCounts& surfels_of,
+                   const RasterOptions& options, Tile& tile);
 /// Which of them lies best under each pose of the path. `path` as for the tile's seeds.
 void find_seeds(const std::vector<PathPoint>& path, const RasterOptions& options, Tile& tile);
 /// May a robot's floor go on from one level to the other? Generous: twice T where noise is large.

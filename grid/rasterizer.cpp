@@ -76,7 +76,7 @@ void Rasterizer::State::draw(const PlanarMap& map) {
 void Rasterizer::State::draw(const PlanarMap& map, Tile& tile, std::vector<TileKey>& linked) {
   if (!tile.has_evidence() && tile.sites.empty()) return;
   const std::int32_t components = tile.components;
-  const bool changed = draw_evidence(map, options, tile);
+  const bool changed = draw_evidence(map, book.surfels_of, options, tile);
   ++drawn;
   tile.rechoose = tile.rechoose || changed || !tile.has_evidence();
   if (!changed) return;

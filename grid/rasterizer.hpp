@@ -43,8 +43,9 @@ struct RasterOptions {
   double wall_gap = 0.15;   ///< m: ... but this far where a wall stands near: its foot is no floor,
                             ///< and takes pixels of the floor beside it along
   double wall_near = 0.2;   ///< m
-  double plane_ring = 0.3;  ///< m: nothing more is filled up to here: outlines do not tell holes,
-                            ///< but a plane that was looked at has surfels where it is
+  double plane_ring = 0.3;  ///< m: nothing more is filled up to here, and beyond by planes without
+                            ///< surfels of their own alone: outlines do not tell holes, but a plane
+                            ///< that was looked at has surfels where it is
   double seed_radius = 2.0;      ///< m around the path where floor is looked for: cameras see the
                                  ///< ground from a metre ahead on
   double seed_tolerance = 0.1;   ///< m plus a tenth of the distance from the path: how far that

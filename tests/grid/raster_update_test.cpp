@@ -75,6 +75,38 @@ TEST(RasterHoles, AnUnseenHoleInAPlaneIsNeverFree) {
   EXPECT_EQ(test::at(grid, -2.525, 0.025).navigability, 1.0F);
 }
 
+// Surfels on the bottom: images looked through the plane's outline there.
+TEST(RasterHoles, AFloorsPlaneFillsNoPitOfWhichSomeOfTheBottomWasSeen) {
+  PlanarMap map;
+  test::add_path(map, {-2.9, 0, 0}, {-2.5, 0, 0});
+  test::add_floor(map, {-3, -3}, {3, 3}, flat);
+  std::erase_if(map.surfels, [](const Surfel& s) { return s.center.head<2>().norm() < 2; });
+  for (Surfel& s : map.surfels) s.parent_plane = 0;
+  test::add_plate(map, {-3, -3}, {3, 3}, 0, true);
+  test::add_floor(map, {-1.2, -1.6}, {1.2, -0.8}, [](double, double) { return -0.8; });
+  const NavigabilityGrid grid = rasterize(map);
+  EXPECT_EQ(free_within(grid, 1.7), 0);
+  EXPECT_EQ(test::at(grid, -2.525, 0.025).navigability, 1.0F);
+}
+
+// Told by their numbers alone: tiles that no changed surfel lies in are drawn again.
+TEST(RasterUpdate, APlaneWithSurfelsOfItsOwnIsFloorOnlyNearThem) {
+  PlanarMap map;
+  test::add_path(map, {-2.9, 0, 0}, {2.5, 0, 0});
+  test::add_floor(map, {-3, -3}, {-2, 3}, flat);
+  test::add_plate(map, {-3, -3}, {3, 3}, 0, true);
+  Rasterizer rasterizer;
+  RasterChanges all;
+  for (std::size_t k = 0; k < map.surfels.size(); ++k) all.surfels.push_back(k);
+  rasterizer.update(map);
+  for (const std::int64_t parent : {0, -1, 0}) {
+    for (Surfel& s : map.surfels) s.parent_plane = static_cast<int>(parent);
+    rasterizer.update(map, all);
+    EXPECT_EQ(differences(rasterizer.grid(), rasterize(map)), 0);
+    EXPECT_EQ(free_within(rasterizer.grid(), 1.5) > 0, parent < 0);
+  }
+}
+
 TEST(RasterHoles, APlankOverAPitMakesItFreeAgain) {
   PlanarMap map;
   test::add_path(map, {-1.9, 0, 0}, {-1.5, 0, 0});
