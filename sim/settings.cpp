@@ -160,6 +160,7 @@ DepthSensor make_depth(Settings& s, const RigDefaults& d) {
   e.slope_px = s.number("effects.slope_px", e.slope_px);
   e.dropout = s.number("effects.dropout", e.dropout);
   out.rate_hz = s.number("camera.rate_hz", d.camera_rate);
+  out.delay_s = s.number("camera.delay_s", 0);
   return out;
 }
 
@@ -201,6 +202,7 @@ LidarSensor make_lidar(Settings& s, const RigDefaults& d) {
   out.effects.dropout = s.number("lidar.dropout", out.effects.dropout);
   out.rate_hz = s.number("lidar.rate_hz", d.lidar_rate);
   out.sweep_s = s.number("lidar.sweep_s", 0);
+  out.delay_s = s.number("lidar.delay_s", 0);
   return out;
 }
 

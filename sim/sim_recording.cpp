@@ -32,11 +32,13 @@ Simulation::Simulation(World world, std::uint64_t seed)
   }
   if (rig.lidar) {
     rates_[kLidar] = rig.lidar->rate_hz;
+    delays_[kLidar] = rig.lidar->delay_s;
     renderers_->lidar.emplace(*caster_, rig.lidar->model, rig.lidar->geometry, rig.lidar->effects,
                               seed);
   }
   if (rig.depth) {
     rates_[kDepth] = rig.depth->rate_hz;
+    delays_[kDepth] = rig.depth->delay_s;
     renderers_->depth.emplace(*caster_, rig.depth->camera, rig.depth->effects, seed);
   }
   if (rig.stereo) {
@@ -49,6 +51,10 @@ Simulation::~Simulation() = default;
 
 double Simulation::time_of(Stream stream, std::int64_t index) const {
   return static_cast<double>(index) / rates_[stream];
+}
+
+double Simulation::stamped_time_of(Stream stream, std::int64_t index) const {
+  return time_of(stream, index) + delays_[stream];
 }
 
 Timestamp Simulation::stamp_at(double time) const {
@@ -76,8 +82,8 @@ std::optional<Measurement> Simulation::next() {
   for (int s = 0; s < kStreams; ++s) {
     if (rates_[s] > 0 &&
         time_of(static_cast<Stream>(s), next_[s]) <= world_.path.duration() + 1e-9 / rates_[s] &&
-        (best < 0 || time_of(static_cast<Stream>(s), next_[s]) <
-                         time_of(static_cast<Stream>(best), next_[best]) - 1e-9)) {
+        (best < 0 || stamped_time_of(static_cast<Stream>(s), next_[s]) <
+                         stamped_time_of(static_cast<Stream>(best), next_[best]) - 1e-9)) {
       best = s;
     }
   }
@@ -87,8 +93,9 @@ std::optional<Measurement> Simulation::next() {
   const Stream stream = static_cast<Stream>(best);
   const std::int64_t index = next_[best]++;
   const double time = time_of(stream, index);
-  truth_.add(stamp_at(time), world_.path.at(time));
-  return measure(stream, index, time);
+  const double stamped = stamped_time_of(stream, index);
+  truth_.add(stamp_at(stamped), world_.path.at(stamped));
+  return measure(stream, index, time, stamp_at(stamped));
 }
 
 template <class Valid>
@@ -138,8 +145,7 @@ ScanTruth Simulation::swept(const LidarSensor& sensor, double time) const {
   return renderers_->lidar->truth(poses);
 }
 
-Measurement Simulation::measure(Stream stream, std::int64_t index, double time) {
-  const Timestamp stamp = stamp_at(time);
+Measurement Simulation::measure(Stream stream, std::int64_t index, double time, Timestamp stamp) {
   const SE3 T_map_body = world_.path.at(time);
   const std::uint64_t frame = static_cast<std::uint64_t>(index);
   switch (stream) {

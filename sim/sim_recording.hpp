@@ -41,12 +41,14 @@ class Simulation final : public Recording {
   enum Stream { kOdometry, kAccelerometer, kLidar, kDepth, kStereo, kStreams };
   struct Renderers;
   double time_of(Stream stream, std::int64_t index) const;
+  /// What its measurements are stamped with.
+  double stamped_time_of(Stream stream, std::int64_t index) const;
   Timestamp stamp_at(double time) const;
   /// `valid(i)`: whether pixel or beam i gave a measurement.
   template <class Valid>
   void count_hits(const std::vector<std::int32_t>& surfaces, const Valid& valid);
   ScanTruth swept(const LidarSensor& sensor, double time) const;
-  Measurement measure(Stream stream, std::int64_t index, double time);
+  Measurement measure(Stream stream, std::int64_t index, double time, Timestamp stamp);
   Measurement accelerate(Timestamp stamp, std::int64_t index, double time) const;
 
   World world_;
@@ -54,7 +56,7 @@ class Simulation final : public Recording {
   std::unique_ptr<Caster> caster_;
   std::unique_ptr<Renderers> renderers_;
   Calibration believed_;
-  double rates_[kStreams] = {};
+  double rates_[kStreams] = {}, delays_[kStreams] = {};
   std::int64_t next_[kStreams] = {};
   Trajectory truth_;
   DepthTruth depth_truth_;

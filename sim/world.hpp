@@ -18,6 +18,7 @@ struct DepthSensor {
   DepthCamera camera;  ///< as it really is
   DepthEffects effects;
   double rate_hz = 5;
+  double delay_s = 0;  ///< its stamps are late by this; negative: early
 };
 
 struct StereoSensor {
@@ -32,6 +33,7 @@ struct LidarSensor {
   LidarEffects effects;
   double rate_hz = 10;
   double sweep_s = 0;  ///< from the first beam, at the stamp, to the last; negative: it comes first
+  double delay_s = 0;  ///< its stamps are late by this; negative: early
 };
 
 struct OdometrySensor {
