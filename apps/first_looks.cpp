@@ -22,13 +22,6 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
       front_end.correct_depth(calibrate_depth(all, settings.floor, metrics, input.ended));
     });
   }
-  if (settings.calibrate_depth && settings.calibrate_wheels && depth) {
-    look("depth_slopes", [&](Recording& all) {
-      auto with_slopes =
-          find_depth_slopes(all, settings, front_end.depth_distortion(), metrics, input.ended);
-      if (with_slopes) front_end.correct_depth(std::move(*with_slopes));
-    });
-  }
   Sweep sweep{settings.sweep != 0, {}};
   if (settings.sweep == 0 && settings.find_sweep) {
     look("scanner_sweep", [&](Recording& all) {
@@ -36,6 +29,20 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
     });
   }
   if (sweep.found) front_end.set_sweep(*sweep.found);
+  if (settings.find_clocks && depth && input.recording->calibration().odometry.planar) {
+    const auto timer = metrics.time("clocks");
+    input.recording.reset();
+    correct_clocks(input.clocks, input.open_reclocked, settings, sweep.found,
+                   front_end.depth_distortion(), metrics, input.ended);
+    input.recording = input.open_again();
+  }
+  if (settings.calibrate_depth && settings.calibrate_wheels && depth) {
+    look("depth_slopes", [&](Recording& all) {
+      auto with_slopes =
+          find_depth_slopes(all, settings, front_end.depth_distortion(), metrics, input.ended);
+      if (with_slopes) front_end.correct_depth(std::move(*with_slopes));
+    });
+  }
   if (sweep.found || sweep.stated) {
     look("scanner_sweep",
          [&](Recording& all) { front_end.look_ahead(all_wheels(all, input.ended)); });

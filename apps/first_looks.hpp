@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 
+#include <lamina/apps/clock_calibration.hpp>
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/io/metrics.hpp>
@@ -15,15 +16,17 @@ namespace lamina::apps {
 /// go of before it is opened anew.
 struct Rereadable {
   std::unique_ptr<Recording>& recording;
-  const std::function<std::unique_ptr<Recording>()>& open_again;
+  const std::function<std::unique_ptr<Recording>()>& open_again;  ///< its clocks corrected
+  const OpenReclocked& open_reclocked;
+  ClockOffsets& clocks;  ///< to be corrected
   const Settings& settings;
   io::Metrics& metrics;
   std::function<bool()> ended;
 };
 
-/// Looks over the recording for the bend and slopes of depth images, a scanner's sweep and its
-/// lean, as far as settings ask for them, and tells the front-end. The recording is at its
-/// beginning afterwards.
+/// Looks over the recording for the bend and slopes of depth images, a scanner's sweep, its lean,
+/// and the clocks of both, as far as settings ask for them, and tells the front-end. The recording
+/// is at its beginning afterwards.
 void look_ahead(const Rereadable& input, FrontEnd& front_end);
 
 }  // namespace lamina::apps

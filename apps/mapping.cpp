@@ -327,11 +327,24 @@ int run_map(const MapRequest& request) {
     run.live = &page.emplace(*request.live, request.input);
     fmt::print(stderr, "live map: {}\n", page->url());
   }
-  if (!live) run.open_again = [&] { return open_recording(request.input, options); };
+  ClockOffsets clocks{-settings.scanner_delay, -settings.camera_delay, -settings.odometry_delay};
+  const OpenReclocked open_reclocked = [&](const ClockOffsets& offsets) {
+    auto source = open_recording(request.input, options);
+    if (!offsets.any()) return source;
+    return std::unique_ptr<Recording>(
+        std::make_unique<ReclockedRecording>(std::move(source), offsets));
+  };
+  if (!live) run.open_again = [&] { return open_reclocked(clocks); };
+  if (!live && clocks.any()) {
+    recording.reset();
+    recording = run.open_again();
+  }
   const auto ended = [&] { return run.interrupt.interrupted(); };
   const bool offline = !request.online && !live;
   if (!offline && settings.find_sweep && settings.sweep == 0) front_end.watch_for_sweep();
-  if (offline) look_ahead({recording, run.open_again, settings, output.metrics, ended}, front_end);
+  if (offline)
+    look_ahead({recording, run.open_again, open_reclocked, clocks, settings, output.metrics, ended},
+               front_end);
   const Mapper mapper = request.online ? map_online(run) : map_offline(run);
   output.add_skipped(recording->skipped());
   output.add_skipped(front_end.skipped());

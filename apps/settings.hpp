@@ -34,7 +34,10 @@ struct Settings {
   /// ROS bags: which topic to read as what; "" chooses by type.
   std::map<std::string, std::string> topics;
   double sweep = 0;  ///< s from a scan's first beam to its last, where the recording does not say
-  bool find_sweep = true;  ///< offline: turns tell it where nothing does
+  /// s that stamps are late by: taken off them
+  double scanner_delay = 0, camera_delay = 0, odometry_delay = 0;
+  bool find_clocks = true;  ///< offline: turns tell delays
+  bool find_sweep = true;   ///< offline: turns tell it where nothing does
   RobotOptions robot;
   FloorOptions floor;
   ScanOptions scan;  ///< height, step and slope of the robot are taken from `robot`

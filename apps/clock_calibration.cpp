@@ -1,0 +1,260 @@
+// One look over scans and odometry, one over the images taken where turns begin and end.
+#include <lamina/apps/clock_calibration.hpp>
+
+#include <spdlog/spdlog.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include <lamina/apps/calibration.hpp>
+#include <lamina/apps/depth_images.hpp>
+#include <lamina/apps/front_end.hpp>
+#include <lamina/frontend/odometry/depth_odometry.hpp>
+#include <lamina/models/error.hpp>
+
+namespace lamina::apps {
+namespace {
+
+constexpr double kSure = 0.001;            // s, sigma: more would change nothing
+constexpr std::size_t kFirstAsked = 100;   // pieces; then at twice as many, and so on
+constexpr std::int64_t kMostImages = 800;  // to be matched
+
+struct Look {
+  const std::function<std::unique_ptr<Recording>()>& open;
+  const Settings& settings;
+  const std::optional<double>& sweep;
+  const DepthDistortion& distortion;
+  const std::function<bool()>& ended;
+};
+
+// Asked now and then, until it is sure.
+class Asked {
+ public:
+  explicit Asked(const TurnTrack& turns) : turns_(turns) {}
+  ClockOffset offset;
+  bool sure() {
+    if (!sure_ && offset.pieces() >= ask_at_) {
+      ask_at_ *= 2;
+      const auto result = offset.result(turns_);
+      sure_ = result && result->sigma < kSure && result->stretches >= 8;
+    }
+    return sure_;
+  }
+
+ private:
+  const TurnTrack& turns_;
+  std::size_t ask_at_ = kFirstAsked;
+  bool sure_ = false;
+};
+
+// The odometry of the whole recording.
+struct Wheels {
+  TurnTrack turns;
+  WheelTrack track;
+  Timestamp first, last;
+  explicit Wheels(const OdometryModel& model) : track(model) {}
+  void add(const Odometry& odometry) {
+    if (turns.empty()) first = odometry.stamp;
+    last = odometry.stamp;
+    turns.add(odometry.stamp, odometry.T_odom_body);
+    track.add(odometry);
+  }
+};
+
+std::optional<ClockOffset::Result> by_scans(const Look& look, Wheels& wheels) {
+  const auto recording = look.open();
+  FrontEnd front_end(look.settings, recording->calibration());
+  if (look.sweep) {
+    front_end.set_sweep(*look.sweep);
+    front_end.look_ahead(all_wheels(*look.open(), look.ended));
+  }
+  io::Metrics aside;
+  Asked asked(wheels.turns);
+  std::optional<Timestamp> last;
+  std::optional<SE3> T_body_lidar;
+  bool one = true;
+  try {
+    while (!look.ended()) {
+      const auto measurement = recording->next_light();
+      if (!measurement) break;
+      if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
+      if (asked.sure() || !one) continue;
+      const auto step = front_end.process(*measurement, aside);
+      if (!step || !step->scan_motion) continue;
+      const SE3& T = std::get<LaserScan>(*measurement).lidar.T_body_lidar;
+      if (!T_body_lidar) T_body_lidar = T;
+      one = (T_body_lidar->inverse() * T).log().norm() < 1e-9;
+      const auto& moved = step->scan_motion->by_scans_alone;
+      if (last && moved) asked.offset.add(*last, step->scan->stamp, moved->so3().yaw());
+      last = step->scan->stamp;
+    }
+  } catch (const Error&) {  // the run itself comes to it, and says so
+  }
+  return one ? asked.offset.result(wheels.turns) : std::nullopt;
+}
+
+// The turn rate changes within half a second.
+bool tells(const TurnTrack& turns, Timestamp stamp) {
+  constexpr double kAround = 0.5, kStep = 0.125, kRates = 0.15;  // s, s, rad/s
+  double low = 1e300, high = -1e300;
+  for (double at = -kAround; at < kAround - 1e-9; at += kStep) {
+    const auto rate = turns.rate(stamp + at, stamp + (at + kStep));
+    if (!rate) continue;
+    low = std::min(low, *rate);
+    high = std::max(high, *rate);
+  }
+  return high - low > kRates;
+}
+
+// Images from a stamp on that may be passed over.
+std::int64_t untelling(const Wheels& wheels, Timestamp stamp, double interval) {
+  constexpr double kStep = 0.125;  // s
+  double way = 0;
+  while (stamp + way < wheels.last && !tells(wheels.turns, stamp + way)) way += kStep;
+  return std::max<std::int64_t>(0, static_cast<std::int64_t>(way / interval) - 2);
+}
+
+// The wheels are where matching begins; what they say of the motion counts for next to nothing.
+std::optional<MotionGuess> loose(const std::optional<Increment>& moved) {
+  constexpr double kMetres = 0.05, kRadians = 0.05;
+  if (!moved) return std::nullopt;
+  MotionGuess guess{moved->T_from_to, moved->covariance};
+  guess.covariance.diagonal().head<3>().array() += kMetres * kMetres;
+  guess.covariance.diagonal().tail<3>().array() += kRadians * kRadians;
+  return guess;
+}
+
+std::optional<ClockOffset::Result> by_images(const Look& look, const Wheels& wheels) {
+  constexpr double kLongest = 0.5, kShortest = 0.06;  // s between images that are matched
+  constexpr double kTold = 0.02;                      // rad, sigma
+  const auto recording = look.open();
+  DepthOdometry odometry;
+  Asked asked(wheels.turns);
+  std::optional<Timestamp> last, before;  // matched, seen
+  double interval = 0;
+  std::int64_t skip = 0, matched = 0;
+  while (!look.ended() && matched < kMostImages && !asked.sure()) {
+    auto frame = next_depth_image(*recording, skip);
+    if (!frame) break;
+    const Timestamp stamp = frame->stamp;
+    if (before && skip == 0) interval = stamp - *before;
+    before = stamp;
+    skip = 0;
+    if (!tells(wheels.turns, stamp)) {
+      if (interval > 0) skip = untelling(wheels, stamp, interval);
+      continue;
+    }
+    if (last && stamp - *last < kShortest) continue;
+    const bool follows = last && stamp - *last <= kLongest;
+    if (!follows) odometry = DepthOdometry();
+    look.distortion.correct(*frame);
+    const DepthMotion motion = odometry.process(
+        *frame, follows ? loose(wheels.track.between(*last, stamp)) : std::nullopt);
+    ++matched;
+    Matrix6d information = motion.image_information;
+    information.diagonal().array() += 1;  // a metre, a radian: what is open stays finite
+    const double sigma = std::sqrt(information.inverse()(5, 5));
+    const bool measured = motion.status == ScanMotion::Status::kTracked ||
+                          motion.status == ScanMotion::Status::kDegenerate;
+    if (follows && measured && !motion.doubtful && sigma < kTold)
+      asked.offset.add(*last, stamp, motion.T_prev_curr_body.so3().yaw(), std::max(sigma, 0.001));
+    last = stamp;
+  }
+  return asked.offset.result(wheels.turns);
+}
+
+FoundClocks look_at(const Look& look) {
+  const auto recording = look.open();
+  const Calibration& calibration = recording->calibration();
+  Wheels wheels(calibration.odometry);
+  FoundClocks found;
+  found.scanner = by_scans(look, wheels);
+  if (wheels.track.moved() && !look.ended()) found.camera = by_images(look, wheels);
+  if (look.ended()) return {};
+  return found;
+}
+
+void tell(const char* sensor, double offset, double sigma, double& stamps, io::Metrics& metrics) {
+  if (offset == 0) return;
+  spdlog::info("{}'s stamps are late by {:.1f} +- {:.1f} ms, by turns: corrected", sensor,
+               -1000 * offset, 1000 * sigma);
+  stamps += offset;
+  metrics.counts[std::string(sensor) + "_clock_ms"] = 1000 * offset;
+}
+
+}  // namespace
+
+FoundClocks find_clocks(const OpenReclocked& open, const Settings& settings,
+                        const std::optional<double>& sweep, const DepthDistortion& distortion,
+                        const std::function<bool()>& ended) {
+  ClockOffsets offsets;
+  const std::function<std::unique_ptr<Recording>()> as_corrected = [&] { return open(offsets); };
+  const Look look{as_corrected, settings, sweep, distortion, ended};
+  FoundClocks found = look_at(look);
+  const auto drop = [](std::optional<ClockOffset::Result>& one) {
+    if (one && !one->stands_out()) one.reset();
+  };
+  drop(found.scanner);
+  drop(found.camera);
+  if (!found.scanner && !found.camera) return found;
+  const auto microseconds = [](double s) { return 1e-6 * std::round(1e6 * s); };
+  const auto value = [&](const std::optional<ClockOffset::Result>& one) {
+    return one ? microseconds(one->value) : 0;
+  };
+  offsets = {value(found.scanner), value(found.camera), 0};
+  const FoundClocks left = look_at(look);
+  const auto add = [&](std::optional<ClockOffset::Result>& one,
+                       const std::optional<ClockOffset::Result>& more) {
+    if (!one) return;
+    const bool stays = more && !more->stands_out();
+    if (!stays) return one.reset();
+    one->value = microseconds(one->value + more->value);
+    one->sigma = more->sigma;
+  };
+  add(found.scanner, left.scanner);
+  add(found.camera, left.camera);
+  return found;
+}
+
+// No stamp is put before what it says was measured: the earliest clock is right. One that is off it
+// by no more than chance is the same.
+ClockOffsets by_earliest(const FoundClocks& found) {
+  const auto value = [](const std::optional<ClockOffset::Result>& one) {
+    return one ? one->value : 0;
+  };
+  const double scanner = value(found.scanner), camera = value(found.camera);
+  const double most = std::max({0.0, scanner, camera});
+  if (most == 0) return {scanner, camera, 0};
+  bool same = false;
+  if (found.scanner && found.camera) {
+    ClockOffset::Result apart = *found.scanner;
+    apart.value -= found.camera->value;
+    apart.sigma = std::hypot(apart.sigma, found.camera->sigma);
+    same = !apart.stands_out();
+  }
+  return {same ? 0 : scanner - most, same ? 0 : camera - most, -most};
+}
+
+void correct_clocks(ClockOffsets& clocks, const OpenReclocked& open, const Settings& settings,
+                    const std::optional<double>& sweep, const DepthDistortion& distortion,
+                    io::Metrics& metrics, const std::function<bool()>& ended) {
+  const OpenReclocked on_top = [&](const ClockOffsets& more) {
+    return open({clocks.scanner + more.scanner, clocks.camera + more.camera, clocks.odometry});
+  };
+  const FoundClocks found = find_clocks(on_top, settings, sweep, distortion, ended);
+  const auto sigma = [](const std::optional<ClockOffset::Result>& one) {
+    return one ? one->sigma : 0;
+  };
+  const double of_scanner = sigma(found.scanner), of_camera = sigma(found.camera);
+  const ClockOffsets offsets = by_earliest(found);
+  const bool scanner_is_earliest = found.scanner && found.scanner->value == -offsets.odometry;
+  const double of_earliest =
+      offsets.odometry == 0 ? 0 : (scanner_is_earliest ? of_scanner : of_camera);
+  tell("odometry", offsets.odometry, of_earliest, clocks.odometry, metrics);
+  tell("scanner", offsets.scanner, std::hypot(of_scanner, of_earliest), clocks.scanner, metrics);
+  tell("camera", offsets.camera, std::hypot(of_camera, of_earliest), clocks.camera, metrics);
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,43 @@
+// Clocks of scanner and camera against the odometry's, told before the map is made.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include <lamina/apps/settings.hpp>
+#include <lamina/frontend/floor/depth_distortion.hpp>
+#include <lamina/frontend/odometry/clock_offset.hpp>
+#include <lamina/io/metrics.hpp>
+#include <lamina/sensors/reclocked_recording.hpp>
+
+namespace lamina::apps {
+
+/// Opens the recording with its stamps corrected by what is given.
+using OpenReclocked = std::function<std::unique_ptr<Recording>(const ClockOffsets&)>;
+
+struct FoundClocks {
+  std::optional<ClockOffset::Result> scanner, camera;  ///< what stands out
+};
+
+/// Looks over the recording: how far the body turned between scans of a level scanner, as matching
+/// alone has it, and between depth images, against planar odometry (ClockOffset). What stands out
+/// is looked at once more with stamps so corrected, and left if another offset stands out then: it
+/// is not constant. `sweep`: of scans that do not say. For recordings of planar odometry and a
+/// depth camera: where a scanner alone stands beside wheels, nothing else contradicts its clock.
+FoundClocks find_clocks(const OpenReclocked& open, const Settings& settings,
+                        const std::optional<double>& sweep, const DepthDistortion& distortion,
+                        const std::function<bool()>& ended);
+
+/// Offsets of scanner and camera from the odometry's clock as offsets from the earliest of the
+/// clocks: no stamp is put before what it says was measured. A sensor that told nothing moves with
+/// the odometry; scanner and camera that agree are right and the odometry is late.
+ClockOffsets by_earliest(const FoundClocks& found);
+
+/// find_clocks() on top of what `clocks` corrects already, by_earliest(), told in the log and among
+/// the counts of `metrics`.
+void correct_clocks(ClockOffsets& clocks, const OpenReclocked& open, const Settings& settings,
+                    const std::optional<double>& sweep, const DepthDistortion& distortion,
+                    io::Metrics& metrics, const std::function<bool()>& ended);
+
+}  // namespace lamina::apps
