@@ -9,8 +9,10 @@
 #include <limits>
 #include <map>
 #include <ostream>
+#include <set>
 
 #include <lamina/apps/ground_hits.hpp>
+#include <lamina/apps/recorded_stamps.hpp>
 #include <lamina/backend/refiner.hpp>
 #include <lamina/grid/occupancy_fill.hpp>
 #include <lamina/grid/occupancy_grid.hpp>
@@ -316,6 +318,15 @@ void MapOutput::write_session(const Mapper& mapper, const Trajectory& trajectory
   io::write_session(folder_ / "session.lamina", session, scans_, rims_.seen(), ground_.seen());
 }
 
+Trajectory MapOutput::at_recorded_stamps(const Trajectory& trajectory) const {
+  if (!clocks_.any()) return trajectory;
+  std::set<Timestamp> scans;
+  for_each_scan([&scans](const io::KeptScan& kept) {
+    if (!kept.from_depth) scans.insert(kept.scan.stamp);
+  });
+  return apps::at_recorded_stamps(trajectory, clocks_, scans);
+}
+
 void MapOutput::write(const Mapper& mapper, bool online) {
   PlanarMap map = mapper.map();
   const Trajectory trajectory = online ? mapper.online_trajectory() : mapper.trajectory();
@@ -323,9 +334,10 @@ void MapOutput::write(const Mapper& mapper, bool online) {
   map.edges.insert(map.edges.end(), rims.begin(), rims.end());
   {
     const auto timer = metrics.time("write");
-    io::write_trajectory(folder_ / "trajectory.txt", trajectory);
+    io::write_trajectory(folder_ / "trajectory.txt", at_recorded_stamps(trajectory));
     remove_what_is_of_another_map();
-    if (!before_.empty()) io::write_trajectory(folder_ / "trajectory_before.txt", before_);
+    if (!before_.empty())
+      io::write_trajectory(folder_ / "trajectory_before.txt", at_recorded_stamps(before_));
     io::write_planes_json(folder_ / "planes.json", map.planes);
     io::write_planes_ply(folder_ / "planes.ply", map.planes);
     io::write_surfels_ply(folder_ / "surfels.ply", map.surfels);

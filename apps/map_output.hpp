@@ -17,6 +17,7 @@
 #include <lamina/backend/mapper.hpp>
 #include <lamina/io/metrics.hpp>
 #include <lamina/io/session.hpp>
+#include <lamina/sensors/reclocked_recording.hpp>
 
 namespace lamina {
 struct RefineResult;
@@ -42,6 +43,8 @@ class MapOutput {
                       const Trajectory& after);
   /// The recording's name, for the session.
   void set_recording(const std::string& name) { recording_ = name; }
+  /// What corrected the stamps of the map's path: files of poses have the recording's.
+  void set_clocks(const ClockOffsets& clocks) { clocks_ = clocks; }
   /// Writes every file of the contract; each appears whole or not at all.
   void write(const Mapper& mapper, bool online);
   /// What was written, one line each, for stdout.
@@ -60,11 +63,13 @@ class MapOutput {
   std::filesystem::path folder_;
   Settings settings_;
   std::string recording_;
+  ClockOffsets clocks_;
   std::vector<io::SessionPart> parts_;  // of a session that goes on
   io::Spool scans_;                     // io::KeptScan, for scans.csv and the occupancy grid
   RimVotes rims_;
   GroundVotes ground_;
   void write_scans(const Trajectory& trajectory) const;
+  Trajectory at_recorded_stamps(const Trajectory& trajectory) const;
   Trajectory before_;
   void note_open_way(const Step& step);
   void note_tracking(Timestamp stamp, bool lost);

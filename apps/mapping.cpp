@@ -355,6 +355,7 @@ int run_map(const MapRequest& request) {
     throw Error(request.input + ": found no scan and no depth frame that could be used (" +
                 output.skipped_text() + "), expected at least one");
   }
+  output.set_clocks(clocks);
   output.metrics.counts["checkpoints"] = static_cast<double>(checkpoint.saves());
   output.write(mapper, request.online);
   if (!live && !interrupted) checkpoint.finish();
