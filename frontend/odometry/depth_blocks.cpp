@@ -2,7 +2,9 @@
 #include <lamina/frontend/odometry/depth_blocks.hpp>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace lamina {
 namespace {
@@ -125,6 +127,16 @@ DepthBlocks depth_blocks(const DepthFrame& frame, const DepthBlockOptions& optio
     }
   }
   return result;
+}
+
+double median_depth(const DepthBlocks& blocks) {
+  std::vector<float> z;
+  for (std::size_t i = 0; i < blocks.blocks.size(); i += 7) {
+    if (blocks.blocks[i].valid()) z.push_back(blocks.blocks[i].point.z());
+  }
+  if (z.empty()) return 1;
+  std::nth_element(z.begin(), z.begin() + static_cast<std::ptrdiff_t>(z.size() / 2), z.end());
+  return static_cast<double>(z[z.size() / 2]);
 }
 
 }  // namespace lamina

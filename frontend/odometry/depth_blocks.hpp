@@ -78,4 +78,7 @@ void fields(A& a, DepthBlocks& v) {
 /// the normal -(a, b, c)/|(a, b, c)|.
 DepthBlocks depth_blocks(const DepthFrame& frame, const DepthBlockOptions& options = {});
 
+/// m, of every seventh block that has a point; 1 where none has.
+double median_depth(const DepthBlocks& blocks);
+
 }  // namespace lamina

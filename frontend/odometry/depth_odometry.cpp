@@ -8,19 +8,6 @@
 #include <lamina/frontend/odometry/moving_blocks.hpp>
 
 namespace lamina {
-namespace {
-
-double median_depth(const DepthBlocks& blocks) {
-  std::vector<float> z;
-  for (std::size_t i = 0; i < blocks.blocks.size(); i += 7) {
-    if (blocks.blocks[i].valid()) z.push_back(blocks.blocks[i].point.z());
-  }
-  if (z.empty()) return 1;
-  std::nth_element(z.begin(), z.begin() + static_cast<std::ptrdiff_t>(z.size() / 2), z.end());
-  return static_cast<double>(z[z.size() / 2]);
-}
-
-}  // namespace
 
 /// Of the next image, before it is looked at. Camera frame.
 struct DepthOdometry::Expectation {
