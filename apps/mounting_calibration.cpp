@@ -4,8 +4,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 
-#include <lamina/frontend/odometry/heading_error.hpp>
-#include <lamina/frontend/odometry/lever_error.hpp>
+#include <lamina/frontend/odometry/matched_pieces.hpp>
+#include <lamina/frontend/odometry/mounting_error.hpp>
 #include <lamina/frontend/segments/ground_lines.hpp>
 #include <lamina/frontend/segments/shared_walls.hpp>
 
@@ -46,35 +46,41 @@ std::optional<MountingCorrection> by_ground(const std::vector<Step>& steps) {
   return lines.correction();
 }
 
-std::optional<MountingCorrection> by_travel(const std::vector<Step>& steps) {
-  constexpr double kStandsOut = 3;             // sigmas
-  constexpr double kLeast = 0.5 * M_PI / 180;  // wheels, too, are mounted no better
-  HeadingError heading;
+std::vector<PairedMotion> pieces_of(const std::vector<Step>& steps) {
+  MatchedPieces pieces;
   for (const Step& step : steps) {
     if (!is_level_scan(step)) continue;
-    const bool tracked = step.scan_motion->status == ScanMotion::Status::kTracked;
-    heading.add(step.wheels_moved,
-                tracked ? std::optional(step.scan_motion->T_prev_curr_body) : std::nullopt);
+    const bool told = step.scan_motion->status != ScanMotion::Status::kPredicted;
+    pieces.add(*step.scan, step.wheels_moved,
+               told ? std::optional(step.scan_motion->T_prev_curr_body) : std::nullopt);
   }
-  const auto found = heading.result();
-  if (!found || std::abs(found->value) < std::max(kLeast, kStandsOut * found->sigma))
-    return std::nullopt;
-  return MountingCorrection{{0, 0, found->value}, Eigen::Vector3d::Zero()};
+  return pieces.pieces();
 }
 
-// `T_new_old`: how the scanner was remounted since its motions were told.
-std::optional<MountingCorrection> by_turns(const std::vector<Step>& steps, const SE3& T_new_old) {
+// `T_new_old`: how the scanner was remounted since the pieces were matched.
+MountingError error_of(const std::vector<PairedMotion>& pieces, const SE3& T_new_old) {
+  MountingError error;
+  for (PairedMotion piece : pieces) {
+    piece.scans = T_new_old * piece.scans * T_new_old.inverse();
+    error.add(piece);
+  }
+  return error;
+}
+
+std::optional<MountingCorrection> by_travel(const MountingError& error) {
+  constexpr double kStandsOut = 3;             // sigmas
+  constexpr double kLeast = 0.5 * M_PI / 180;  // wheels, too, are mounted no better
+  const auto found = error.heading();
+  if (!found || std::abs(found->value) < std::max(kLeast, kStandsOut * found->sigma))
+    return std::nullopt;
+  return MountingCorrection{{0, 0, -found->value}, Eigen::Vector3d::Zero()};
+}
+
+std::optional<MountingCorrection> by_turns(const MountingError& error) {
   constexpr double kStandsOut = 13.8;  // chi-squared of 2 dof, one in a thousand
   constexpr double kLeast = 0.005;     // m: wheels turn about no finer a point
   constexpr double kMost = 0.06;       // m: more is no error but a mounting nobody stated
-  LeverError lever;
-  for (const Step& step : steps) {
-    if (!is_level_scan(step)) continue;
-    std::optional<SE3> by_scans = step.scan_motion->by_scans_alone;
-    if (by_scans) by_scans = T_new_old * *by_scans * T_new_old.inverse();
-    lever.add(step.wheels_moved, by_scans);
-  }
-  const auto found = lever.result();
+  const auto found = error.place();
   if (!found) return std::nullopt;
   const double chi2 = found->value.dot(found->covariance.inverse() * found->value);
   const double off = found->value.norm();
@@ -120,22 +126,19 @@ std::optional<SharedWalls::Result> by_walls(const std::vector<Step>& steps, Sens
   return walls.result();
 }
 
-// How cameras sit to the scanner: false where some camera's walls do not tell.
-bool relate_cameras(std::vector<Step>& steps, std::vector<CorrectedMounting>& all) {
-  bool related = true;
+// How cameras sit to the scanner, where walls tell.
+void relate_cameras(std::vector<Step>& steps, std::vector<CorrectedMounting>& all) {
   for (const SensorKind kind : kImages) {
     const bool any = std::any_of(steps.begin(), steps.end(),
                                  [kind](const Step& step) { return is_seen_by(step, kind); });
     if (!any) continue;
     const auto found = by_walls(steps, kind);
-    related = related && found;
     if (!found || !found->stands_out) continue;
     for (Step& step : steps) {
       if (is_seen_by(step, kind)) remount(step, found->correction);
     }
     all.push_back({"camera", "walls the scanner sees", found->correction});
   }
-  return related;
 }
 
 }  // namespace
@@ -163,8 +166,9 @@ std::vector<CorrectedMounting> calibrate_mountings(std::vector<Step>& steps,
     all.push_back({"scanner", "ground", *hanging});
   }
   const auto T_body_lidar = mounting_of(steps, is_level_scan);
-  if (!T_body_lidar || !relate_cameras(steps, all)) return all;
-  // Cameras that agree with the scanner move with it.
+  if (!T_body_lidar) return all;
+  relate_cameras(steps, all);
+  // Cameras move with the scanner: what relates them, walls or the calibration, still holds.
   SE3 T_new_old;
   const auto move_all = [&](const std::optional<MountingCorrection>& correction, const char* by) {
     if (!correction) return;
@@ -182,11 +186,12 @@ std::vector<CorrectedMounting> calibrate_mountings(std::vector<Step>& steps,
     if (cameras) all.push_back({"camera", by, *correction});
   };
   if (planar) {
-    move_all(by_travel(steps), "direction of travel");
+    const std::vector<PairedMotion> pieces = pieces_of(steps);
+    move_all(by_travel(error_of(pieces, T_new_old)), "direction of travel");
     // A scanner said to sit in the very middle is one of which nobody said where it sits: the
     // body's poses are the scanner's own then, and stay so.
     const bool stated = !T_body_lidar->translation().head<2>().isZero(0);
-    if (stated) move_all(by_turns(steps, T_new_old), "turns");
+    if (stated) move_all(by_turns(error_of(pieces, T_new_old)), "turns");
   }
   return all;
 }

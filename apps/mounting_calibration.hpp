@@ -24,9 +24,8 @@ void remount(Step& step, const MountingCorrection& correction);
 /// Corrects mountings in all steps, and motions and loops that were worked out with them:
 ///   an upright scanner's lean and height by the ground under wheels (GroundLines),
 ///   a camera's heading and place by walls that a level scanner sees, too (SharedWalls),
-///   the heading of a level scanner, and of the cameras with it, by the wheels' direction of travel
-///   (HeadingError), and its place across the floor by turns (LeverError); not where walls cannot
-///   tell how some camera sits to the scanner.
+///   the heading of a level scanner by the wheels' direction of travel, and its place across the
+///   floor by turns (MountingError); cameras move with it.
 /// Corrections that do not stand out from chance are left, and scanners of which there are several.
 /// `planar`: the body stands on a floor.
 std::vector<CorrectedMounting> calibrate_mountings(std::vector<Step>& steps,

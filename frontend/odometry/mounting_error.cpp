@@ -1,0 +1,79 @@
+// Pieces of way as rows of a small least-squares problem.
+#include <lamina/frontend/odometry/mounting_error.hpp>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include <lamina/frontend/odometry/planar.hpp>
+
+namespace lamina {
+namespace {
+
+constexpr double kTurns = 0.3, kTravels = 0.2;      // rad, m: what a piece tells by
+constexpr double kBySlip = 0.02, kByMatch = 0.005;  // m per sqrt(m), m: relative weights
+constexpr double kPlacePrior = 0.03;                // m
+constexpr int kLeastTravelling = 20, kLeastTurning = 6;
+constexpr double kOutlier = 2.5;  // sigmas
+constexpr int kRounds = 6;
+
+Eigen::Matrix2d rotation(double angle) { return PlanarPose{0, 0, angle}.rotation(); }
+
+}  // namespace
+
+void MountingError::add(const PairedMotion& piece) {
+  const PlanarPose wheels = planar_part(piece.wheels), scans = planar_part(piece.scans);
+  const Eigen::Vector2d t =
+      rotation(0.5 * wrap_angle(scans.yaw - wheels.yaw)) * wheels.translation();
+  Row row;
+  row.A.col(0) = Eigen::Vector2d(-t.y(), t.x());
+  row.A.col(1) = t;
+  row.A.rightCols<2>() = Eigen::Matrix2d::Identity() - rotation(scans.yaw);
+  row.d = scans.translation() - t;
+  row.sigma = std::sqrt(kBySlip * kBySlip * piece.way + kByMatch * kByMatch);
+  rows_.push_back(row);
+  travelling_ += t.norm() > kTravels;
+  turning_ += std::abs(scans.yaw) > kTurns;
+}
+
+MountingError::Estimate MountingError::estimate() const {
+  Estimate result{Eigen::Vector4d::Zero(), Eigen::Matrix4d::Identity()};
+  double sigma = 1e9;  // of a residual in its row's own sigmas
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::Matrix4d H = 1e-9 * Eigen::Matrix4d::Identity();
+    Eigen::Vector4d b = Eigen::Vector4d::Zero();
+    for (const Row& row : rows_) {
+      if ((row.d - row.A * result.value).norm() > kOutlier * sigma * row.sigma) continue;
+      const double weight = 1 / (row.sigma * row.sigma);
+      H += weight * row.A.transpose() * row.A;
+      b += weight * row.A.transpose() * row.d;
+    }
+    if (round > 0) H.diagonal().tail<2>().array() += std::pow(sigma / kPlacePrior, 2);
+    result.value = H.ldlt().solve(b);
+    std::vector<double> misfits;
+    for (const Row& row : rows_) {
+      misfits.push_back((row.d - row.A * result.value).norm() / row.sigma);
+    }
+    const auto middle = misfits.begin() + static_cast<std::ptrdiff_t>(misfits.size() / 2);
+    std::nth_element(misfits.begin(), middle, misfits.end());
+    // The median length of two normal components is 1.1774 sigmas.
+    sigma = std::max(1e-6, *middle / 1.1774);
+    result.covariance = sigma * sigma * H.inverse();
+  }
+  return result;
+}
+
+std::optional<MountingError::Heading> MountingError::heading() const {
+  if (travelling_ < kLeastTravelling) return std::nullopt;
+  const Estimate found = estimate();
+  return Heading{found.value(0), std::sqrt(found.covariance(0, 0))};
+}
+
+std::optional<MountingError::Place> MountingError::place() const {
+  if (turning_ < kLeastTurning) return std::nullopt;
+  const Estimate found = estimate();
+  return Place{found.value.tail<2>(), found.covariance.bottomRightCorner<2, 2>()};
+}
+
+}  // namespace lamina

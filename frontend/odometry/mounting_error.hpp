@@ -1,0 +1,52 @@
+// How a level scanner's mounting is wrong, told by the wheels: its heading by the direction of
+// travel, its place by turns.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include <lamina/frontend/odometry/paired_motion.hpp>
+
+namespace lamina {
+
+/// Of pieces of way as wheels and as scans have them. With a scanner said to be turned by psi and
+/// to sit c (m, body axes) from where it does, and wheels that are short by s, a piece has
+///   t_scans - R(half of what the yaws differ by) t_wheels = psi J t + s t + (I - R(yaw)) c,
+/// J a quarter turn: a point off the wheels' middle is carried along by turns, and wheels that
+/// drift turn half of it off. Robust least squares over psi, s and c (zero to 3 cm, so that ways
+/// without turns tell of psi); pieces beyond 2.5 sigmas, by the median of the residuals, are left
+/// out.
+class MountingError {
+ public:
+  void add(const PairedMotion& piece);
+
+  struct Heading {
+    double value = 0, sigma = 0;  ///< psi (rad): to be taken off the stated heading
+  };
+  struct Place {
+    Eigen::Vector2d value = Eigen::Vector2d::Zero();  ///< c: to be taken off the stated place
+    Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  };
+  /// nullopt for fewer than 20 pieces that travel 0.2 m or more.
+  std::optional<Heading> heading() const;
+  /// nullopt for fewer than six pieces that turn by 0.3 rad or more.
+  std::optional<Place> place() const;
+
+ private:
+  struct Row {
+    Eigen::Matrix<double, 2, 4> A;  // psi, s, c
+    Eigen::Vector2d d;
+    double sigma;  // m, of each component: relative to other pieces
+  };
+  struct Estimate {
+    Eigen::Vector4d value;
+    Eigen::Matrix4d covariance;
+  };
+  Estimate estimate() const;
+
+  std::vector<Row> rows_;
+  int travelling_ = 0, turning_ = 0;
+};
+
+}  // namespace lamina
