@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kSeedEvery = 0.25;      // m of the path
 constexpr double kReferenceEvery = 2.0;  // m
-constexpr double kFarthest = 1e8;        // cells: what is further is an error, not a place
+constexpr double kFarthest = 2e9;  // cells, what 32 bits hold: UTM reaches 1e7 m, 1e9 cells of 1 cm
 constexpr std::int64_t kMostTiles = 1 << 20;
 
 struct Digest {
