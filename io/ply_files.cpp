@@ -2,28 +2,14 @@
 #include <lamina/io/ply_files.hpp>
 
 #include <array>
-#include <bit>
-#include <cstring>
 #include <ostream>
 #include <string>
 
 #include <lamina/io/atomic_file.hpp>
+#include <lamina/io/ply_places.hpp>
 
 namespace lamina::io {
 namespace {
-
-static_assert(std::endian::native == std::endian::little, "PLY files are written little-endian");
-
-template <class T>
-void put(std::string& out, T value) {
-  char bytes[sizeof(T)];
-  std::memcpy(bytes, &value, sizeof(T));
-  out.append(bytes, sizeof(T));
-}
-
-void put_vector(std::string& out, const Eigen::Vector3d& v) {
-  for (int i = 0; i < 3; ++i) put(out, static_cast<float>(v(i)));
-}
 
 // Okabe-Ito colours, which colour-blind readers tell apart.
 std::array<std::uint8_t, 3> color_of(PlaneLabel label) {
@@ -49,13 +35,19 @@ std::array<std::uint8_t, 3> color_of(PlaneLabel label) {
 void write_planes_ply(const std::filesystem::path& file, const std::vector<MapPlane>& planes) {
   std::string vertices, faces;
   std::size_t vertex_count = 0, face_count = 0;
+  PlyPlaces places;
+  for (const auto& plane : planes) {
+    for (const auto& outline : plane.outlines_map) {
+      for (const auto& point : outline) places.see(point);
+    }
+  }
   for (const auto& plane : planes) {
     const auto color = color_of(plane.label);
     for (const auto& outline : plane.outlines_map) {
       if (outline.size() < 3) continue;
       put(faces, static_cast<std::int32_t>(outline.size()));
       for (const auto& point : outline) {
-        put_vector(vertices, point);
+        places.write(vertices, point);
         for (const auto channel : color) put(vertices, channel);
         put(faces, static_cast<std::int32_t>(vertex_count++));
       }
@@ -65,9 +57,8 @@ void write_planes_ply(const std::filesystem::path& file, const std::vector<MapPl
   }
   const std::string header =
       "ply\nformat binary_little_endian 1.0\ncomment map frame, metres\nelement vertex " +
-      std::to_string(vertex_count) +
-      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\n"
-      "property uchar green\nproperty uchar blue\nelement face " +
+      std::to_string(vertex_count) + "\n" + places.properties() +
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face " +
       std::to_string(face_count) +
       "\nproperty list int int vertex_indices\nproperty int plane_id\nend_header\n";
   write_atomically(file, header + vertices + faces);
@@ -75,17 +66,18 @@ void write_planes_ply(const std::filesystem::path& file, const std::vector<MapPl
 
 void write_surfels_ply(const std::filesystem::path& file, const std::vector<Surfel>& surfels) {
   std::string body;
+  PlyPlaces places;
+  for (const auto& surfel : surfels) places.see(surfel.center);
   for (const auto& surfel : surfels) {
-    put_vector(body, surfel.center);
-    put_vector(body, surfel.normal);
+    places.write(body, surfel.center);
+    for (int k = 0; k < 3; ++k) put(body, static_cast<float>(surfel.normal[k]));
     put(body, static_cast<float>(surfel.radius));
     put(body, static_cast<float>(surfel.sigma_height()));
   }
   const std::string header =
       "ply\nformat binary_little_endian 1.0\ncomment map frame, metres\nelement vertex " +
-      std::to_string(surfels.size()) +
-      "\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\n"
-      "property float ny\nproperty float nz\nproperty float radius\n"
+      std::to_string(surfels.size()) + "\n" + places.properties() +
+      "property float nx\nproperty float ny\nproperty float nz\nproperty float radius\n"
       "property float sigma_height\nend_header\n";
   write_atomically(file, header + body);
 }

@@ -2,25 +2,15 @@
 #include <lamina/io/terrain_files.hpp>
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstring>
 #include <map>
 #include <string>
 
 #include <lamina/io/atomic_file.hpp>
+#include <lamina/io/ply_places.hpp>
 
 namespace lamina::io {
 namespace {
-
-static_assert(std::endian::native == std::endian::little);
-
-template <class T>
-void put(std::string& out, T value) {
-  char bytes[sizeof(T)];
-  std::memcpy(bytes, &value, sizeof(T));
-  out.append(bytes, sizeof(T));
-}
 
 void put_colour(std::string& out, float navigability) {
   const auto byte = [](float share) {
@@ -37,13 +27,18 @@ void put_colour(std::string& out, float navigability) {
 void write_terrain_ply(const std::filesystem::path& file, const NavigabilityGrid& grid) {
   std::map<CellIndex, std::int32_t> number;
   std::string vertices, faces;
+  const auto place = [&grid](const CellIndex& c, const NavigabilityCell& cell) {
+    const Eigen::Vector2d p = center_of(c, grid.resolution());
+    return Eigen::Vector3d(p.x(), p.y(), static_cast<double>(cell.height));
+  };
+  PlyPlaces places;
+  grid.for_each([&](const CellIndex& c, const NavigabilityCell& cell) {
+    if (std::isfinite(cell.height)) places.see(place(c, cell));
+  });
   grid.for_each([&](const CellIndex& c, const NavigabilityCell& cell) {
     if (!std::isfinite(cell.height)) return;
     number.emplace(c, static_cast<std::int32_t>(number.size()));
-    const Eigen::Vector2d p = center_of(c, grid.resolution());
-    put(vertices, static_cast<float>(p.x()));
-    put(vertices, static_cast<float>(p.y()));
-    put(vertices, cell.height);
+    places.write(vertices, place(c, cell));
     put_colour(vertices, cell.navigability);
   });
   std::size_t count = 0;
@@ -61,9 +56,8 @@ void write_terrain_ply(const std::filesystem::path& file, const NavigabilityGrid
   }
   const std::string header =
       "ply\nformat binary_little_endian 1.0\ncomment map frame, metres\nelement vertex " +
-      std::to_string(number.size()) +
-      "\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar "
-      "green\nproperty uchar blue\nelement face " +
+      std::to_string(number.size()) + "\n" + places.properties() +
+      "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face " +
       std::to_string(count) + "\nproperty list uchar int vertex_indices\nend_header\n";
   write_atomically(file, header + vertices + faces);
 }

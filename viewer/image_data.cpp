@@ -77,10 +77,13 @@ std::string text_of(const Path& file) {
   return text.str();
 }
 
-/// Where the numbers of the disc stand within a vertex, in floats.
+/// Where the numbers of the disc stand within a vertex, bytes; floats or doubles.
 struct PlyHeader {
-  std::size_t vertices = 0, floats = 0, data = 0;
-  std::array<std::size_t, 7> column{};
+  struct Column {
+    std::size_t at = 0, size = 0;
+  };
+  std::size_t vertices = 0, bytes = 0, data = 0;  ///< bytes: of a vertex
+  std::array<Column, 7> column{};
 };
 constexpr std::array<const char*, 7> kColumns = {"x", "y", "z", "nx", "ny", "nz", "radius"};
 
@@ -106,14 +109,15 @@ PlyHeader read_header(const Path& file, const std::string& content) {
       }
     }
     if (kind != "property") continue;
-    if (type != "float") throw Error(file.string() + ": found a " + type + ", expected float");
+    const std::size_t size = type == "float" ? 4 : type == "double" ? 8 : 0;
+    if (size == 0) throw Error(file.string() + ": found a " + type + ", expected float or double");
     for (std::size_t k = 0; k < kColumns.size(); ++k) {
       if (name == kColumns[k]) {
-        header.column[k] = header.floats;
+        header.column[k] = {header.bytes, size};
         found |= 1U << k;
       }
     }
-    ++header.floats;
+    header.bytes += size;
   }
   header.data = at;
   if (found != (1U << kColumns.size()) - 1) {
@@ -122,12 +126,13 @@ PlyHeader read_header(const Path& file, const std::string& content) {
   return header;
 }
 
-float float_at(const std::string& content, std::size_t at) {
-  std::uint32_t bits = 0;
-  for (std::size_t k = 0; k < 4; ++k) {
-    bits |= static_cast<std::uint32_t>(static_cast<unsigned char>(content[at + k])) << (8 * k);
+double number_at(const std::string& content, std::size_t at, std::size_t size) {
+  std::uint64_t bits = 0;
+  for (std::size_t k = 0; k < size; ++k) {
+    bits |= static_cast<std::uint64_t>(static_cast<unsigned char>(content[at + k])) << (8 * k);
   }
-  return std::bit_cast<float>(bits);
+  if (size == 8) return std::bit_cast<double>(bits);
+  return static_cast<double>(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
 }
 
 }  // namespace
@@ -200,7 +205,7 @@ std::string occupancy_data(const Path& file) {
 std::string surfel_data(const Path& file) {
   const std::string content = text_of(file);
   const PlyHeader header = read_header(file, content);
-  const std::size_t bytes = 4 * header.floats;
+  const std::size_t bytes = header.bytes;
   if ((content.size() - header.data) / bytes < header.vertices) {
     throw input_error(file.string(), "",
                       std::to_string((content.size() - header.data) / bytes) + " vertices",
@@ -210,8 +215,8 @@ std::string surfel_data(const Path& file) {
   std::vector<Surfel> surfels;
   for (std::size_t i = 0; i < header.vertices; i += stride) {
     const auto value = [&](std::size_t column) {
-      return static_cast<double>(
-          float_at(content, header.data + i * bytes + 4 * header.column[column]));
+      const auto [at, size] = header.column[column];
+      return number_at(content, header.data + i * bytes + at, size);
     };
     Surfel& surfel = surfels.emplace_back();
     surfel.center = {value(0), value(1), value(2)};

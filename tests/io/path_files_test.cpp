@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include <lamina/io/path_files.hpp>
+#include <lamina/io/ply_files.hpp>
 #include <lamina/io/terrain_files.hpp>
 #include <lamina/models/error.hpp>
 
@@ -77,6 +78,31 @@ TEST_F(PathFiles, TerrainIsAMeshOfTheHeights) {
   EXPECT_EQ(xyz[2], 0.25F);
   EXPECT_EQ(ply.substr(body + 12, 3), std::string("\0\xff\0", 3)) << "free is green";
   EXPECT_EQ(ply.substr(body + 15 + 12, 3), std::string("\xff\0\0", 3)) << "blocked is red";
+}
+
+// UTM coordinates: floats are half a metre apart there.
+TEST_F(PathFiles, PlacesFarFromTheOriginKeepTheirMillimetres) {
+  const Eigen::Vector3d place(400000.123, 5000000.456, 0.1);
+  const auto first_in = [this](const char* name) {
+    const std::string ply = content(name);
+    EXPECT_NE(ply.find("property double x\nproperty double y\nproperty double z\n"),
+              std::string::npos);
+    Eigen::Vector3d first;
+    std::memcpy(first.data(), ply.data() + ply.find("end_header\n") + 11, sizeof first);
+    return first;
+  };
+  Surfel surfel;
+  surfel.center = place;
+  write_surfels_ply(folder_ / "surfels.ply", {surfel});
+  EXPECT_EQ(first_in("surfels.ply"), place);
+  MapPlane plane;
+  plane.outlines_map = {{place, place, place}};
+  write_planes_ply(folder_ / "planes.ply", {plane});
+  EXPECT_EQ(first_in("planes.ply"), place);
+  NavigabilityGrid grid(0.5);
+  grid.at_or_new({800000, 10000000}).height = 0.25F;
+  write_terrain_ply(folder_ / "terrain.ply", grid);
+  EXPECT_EQ(first_in("terrain.ply"), Eigen::Vector3d(400000.25, 5000000.25, 0.25));
 }
 
 }  // namespace

@@ -153,6 +153,17 @@ TEST_F(Report, SurfelsOfAPly) {
   EXPECT_EQ(data.at("surfels").at("position").get<std::string>().size(), 32U);  // 24 bytes
 }
 
+// Places of a map in UTM coordinates are doubles.
+TEST_F(Report, SurfelsFarFromTheOrigin) {
+  Surfel surfel;
+  surfel.center = {400000, 5000000, 0};
+  surfel.radius = 0.5;
+  io::write_surfels_ply(folder_ / "surfels.ply", {surfel});
+  const auto data = data_of(page());
+  EXPECT_EQ(data.at("surfels").at("position"), "AFDDSICWmEoAAAAA");  // floats, little-endian
+  EXPECT_EQ(data.at("surfels").at("radius"), "AAAAPw==");
+}
+
 TEST_F(Report, ErrorsNameTheFile) {
   put("surfels.ply", "ply\nformat ascii 1.0\nend_header\n");
   EXPECT_THAT(error(), HasSubstr("surfels.ply"));
