@@ -225,7 +225,10 @@ void FrontEnd::begin_scans(Timestamp stamp, Step& step, ScanMotion& motion) {
   T_start_scan_body_ = dead_reckoned(stamp);
   if (!last_step_) return;
   std::optional<Increment> moved = driven(last_step_, stamp);
-  if (!moved) moved = coasted(stamp, step);
+  if (!moved) {
+    moved = coasted(stamp, step);
+    if (!step.tracking_lost) moved->covariance = held_to_floor(moved->covariance);
+  }
   T_start_scan_body_ = T_start_body_ * moved->T_from_to;
   motion.covariance = moved->covariance;
 }

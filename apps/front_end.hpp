@@ -161,6 +161,7 @@ class FrontEnd {
   Increment coast(Timestamp stamp) const;
   std::optional<Plane> first_floor_map();
   Matrix6d held_level(Matrix6d covariance) const;
+  Matrix6d held_to_floor(Matrix6d covariance) const;
   void look_for_slopes(const FloorResult& floor);
   bool slopes_of_late(Timestamp stamp) const;
   bool may_be_knocked(Timestamp stamp) const;

@@ -30,17 +30,31 @@ Increment FrontEnd::coast(Timestamp stamp) const {
   std::optional<Vector6d> velocity = wheels_.velocity(*last_step_, stamp);
   if (scan_interval_ > 0 && !velocity) velocity = scan_step_.log() / scan_interval_;
   if (!velocity) velocity = image_velocity_;
-  if (!velocity) return {SE3(), still_covariance()};
+  if (!velocity) return {SE3(), still_covariance(dt)};
   const Vector6d moved = dt * *velocity;
   const double along = kSurest + kShare * moved.head<3>().norm() + 0.5 * kAcceleration * dt * dt;
   const double about = kSurest + kShare * moved.tail<3>().norm() + 0.5 * kTurning * dt * dt;
   return {SE3::exp(moved), round_covariance(along, about)};
 }
 
+// Between scans that tell the motion a body stays as level as from one of them to the next. Planes
+// that an image sees before there is a floor to hold them would tilt it else.
+Matrix6d FrontEnd::held_to_floor(Matrix6d covariance) const {
+  if (!planar_) return covariance;
+  const ScanOdometryOptions& options = scan_odometry_.options();
+  for (const int k : {2, 3, 4}) {
+    const double sigma = k == 2 ? options.sigma_height : options.sigma_level;
+    covariance(k, k) = std::min(covariance(k, k), sigma * sigma);
+  }
+  return covariance;
+}
+
 Increment FrontEnd::coasted(Timestamp stamp, Step& step) const {
   step.motion_known = !last_step_;
   step.tracking_lost = last_told_ && !(stamp - *last_told_ < kSurelyCoasted);
-  return coast(stamp);
+  Increment on = coast(stamp);
+  if (last_scan_ && !step.tracking_lost) on.covariance = held_to_floor(on.covariance);
+  return on;
 }
 
 // Scans go on: a step between two of them is theirs to tell.
@@ -87,6 +101,7 @@ Increment FrontEnd::beside_wheels(const DepthFrame& frame, Step& step, const Inc
 std::optional<MotionGuess> FrontEnd::bridged_since_scan() const {
   constexpr double kMostMetres = 0.5, kMostTurn = 0.3;  // m, rad; 1-sigma
   if (!last_scan_ || !since_scan_) return std::nullopt;
+  if (!(scan_interval_ > 0) && !image_velocity_) return std::nullopt;  // no image told a motion yet
   const Vector6d sigma = since_scan_->diagonal().cwiseSqrt();
   if (!(sigma.head<2>().maxCoeff() < kMostMetres) || !(sigma(5) < kMostTurn)) return std::nullopt;
   return MotionGuess{T_start_scan_body_.inverse() * T_start_body_, *since_scan_};

@@ -1,6 +1,8 @@
 // Covariances (right tangent: translation, rotation; m, rad) of motions that nothing measured.
 #pragma once
 
+#include <algorithm>
+
 #include <lamina/models/lie/se3.hpp>
 
 namespace lamina::apps {
@@ -15,6 +17,13 @@ inline Matrix6d round_covariance(double metres, double radians) {
 
 /// Where nothing measured the motion: anything a robot does between two frames is likely.
 inline Matrix6d still_covariance() { return round_covariance(0.3, 0.3); }
+
+/// The same over a time that may be short, s.
+inline Matrix6d still_covariance(double dt) {
+  constexpr double kSurest = 1e-4, kFastest = 2;  // m, rad; m/s, rad/s
+  const double most = std::min(0.3, kSurest + kFastest * dt);
+  return round_covariance(most, most);
+}
 
 /// A robot that was carried away may be anywhere near; the loops that find it say where.
 inline Matrix6d carried_away() {

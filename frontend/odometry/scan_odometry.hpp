@@ -79,6 +79,7 @@ struct ScanMotion {
 class ScanOdometry {
  public:
   explicit ScanOdometry(const ScanOdometryOptions& options = {});
+  const ScanOdometryOptions& options() const { return options_; }
   ScanMotion process(const LaserScan& scan, const std::optional<MotionGuess>& wheels = {});
 
   /// Points of the last scan in the body's plane, as they were matched.
