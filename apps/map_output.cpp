@@ -231,6 +231,7 @@ void MapOutput::note(const std::string& file, const std::string& what) {
 void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
   const auto timer = metrics.time("raster");
   constexpr double kScanBand = 0.1;  // m about the scanner's height that its rays speak for
+  constexpr double kNobodyKnows = std::numeric_limits<double>::quiet_NaN();
   std::optional<OccupancyGrid> occupancy;
   double low = std::numeric_limits<double>::infinity(), high = -low;
   double under = 0;  // the body: map z of its ground, where ramps lead to others
@@ -251,7 +252,6 @@ void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
   });
   GroundBelow below;
   if (!ground.empty()) {
-    constexpr double kNobodyKnows = std::numeric_limits<double>::quiet_NaN();
     below = [&](const Eigen::Vector3d& p) { return ground.under(p).value_or(kNobodyKnows); };
   }
   if (occupancy) {
