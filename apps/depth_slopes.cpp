@@ -22,13 +22,15 @@ constexpr double kHeld = 1e-6;  // a sigma: as it is
 // 1-sigma of what is usual: roll and pitch (rad) and height (m), of floors told well by each image;
 // slopes and constant (1/m): a tenth of a pixel of disparity and more.
 constexpr double kLevel = 0.01, kHeight = 0.02, kSlope = 0.01, kConstant = 0.005;
+constexpr int kSlopes = DepthErrors::kWheels + DepthErrors::kLevel, kOffset = kSlopes + 2;
 
-Matrix prior_of(const Eigen::Vector2d& camera_place, bool constant) {
+// `camera`: 1-sigma of slopes and constant, 1/m.
+Matrix prior_of(const Eigen::Vector2d& camera_place, const Eigen::Vector3d& camera) {
   Matrix information = Matrix::Zero();
   information.topLeftCorner<WheelErrors::kCount, WheelErrors::kCount>() =
       WheelPrior(camera_place).information();
   Eigen::Matrix<double, 6, 1> sigmas;
-  sigmas << kLevel, kLevel, kHeight, kSlope, kSlope, constant ? kConstant : kHeld;
+  sigmas << kLevel, kLevel, kHeight, camera.cwiseMax(kHeld);
   information.diagonal().tail<6>() = sigmas.cwiseAbs2().cwiseInverse();
   return information;
 }
@@ -49,30 +51,43 @@ std::vector<Step> less(const DepthErrors& errors, const std::vector<Step>& steps
   return corrected;
 }
 
+// 1-sigma of slopes and constant, 1/m: wide where the estimate `loose` says that they stand out of
+// zero, else as usual.
+Eigen::Vector3d expected(const DepthErrors& loose, const Eigen::Vector3d& usual) {
+  constexpr double kToldSlopes = 25;   // chi-squared of two
+  constexpr double kToldConstant = 4;  // sigmas
+  Eigen::Vector3d sigmas = usual;
+  const Eigen::Vector2d slopes = loose.value.segment<2>(kSlopes);
+  const Eigen::Matrix2d covariance = loose.covariance.block<2, 2>(kSlopes, kSlopes);
+  if (slopes.dot(covariance.inverse() * slopes) > kToldSlopes) sigmas.head<2>().setConstant(kSlope);
+  const double variance = loose.covariance(kOffset, kOffset);
+  if (std::abs(loose.value(kOffset)) > kToldConstant * std::sqrt(variance)) sigmas.z() = kConstant;
+  return sigmas;
+}
+
 }  // namespace
 
 std::optional<DepthErrors> depth_errors_of(const std::vector<Step>& steps,
                                            const MapperOptions& options,
+                                           const Eigen::Vector3d& usual,
                                            const std::function<bool()>& ended) {
-  constexpr double kStays = 1;         // chi-squared of what a pass adds
-  constexpr double kToldConstant = 4;  // sigmas
+  constexpr double kStays = 1;  // chi-squared of what a pass adds
   if (steps.empty()) return std::nullopt;
   const Eigen::Vector2d place = camera_place(steps);
   DepthErrors all;
-  bool constant = true;
+  Eigen::Vector3d camera(kSlope, kSlope, kConstant);
   for (int pass = 0; pass < kMostPasses; ++pass) {
     const std::vector<Step> now = less(all, steps);
     const Graph graph = quick_map(now, all.wheels(), options, ended);
     if (ended()) return std::nullopt;
     const SE3& T_body_camera = now.front().observations.T_body_sensor;
     const auto estimate = [&] {
-      return estimate_depth_errors(graph, T_body_camera, prior_of(place, constant), all.value);
+      return estimate_depth_errors(graph, T_body_camera, prior_of(place, camera), all.value);
     };
     auto more = estimate();
     if (pass == 0 && more) {
-      const int k = DepthErrors::kCount - 1;
-      constant = std::abs(more->value(k)) > kToldConstant * std::sqrt(more->covariance(k, k));
-      if (!constant) more = estimate();
+      camera = expected(*more, usual);
+      more = estimate();
     }
     if (!more) return std::nullopt;
     const double chi2 = more->value.dot(more->covariance.ldlt().solve(more->value));
@@ -88,7 +103,9 @@ std::optional<DepthDistortion> find_depth_slopes(Recording& recording, const Set
                                                  const std::function<bool()>& ended) {
   constexpr std::size_t kMost = 600, kLeast = 30;  // images
   constexpr double kEvery = 0.15;                  // s
-  constexpr double kToldSlopes = 25;               // chi-squared of two
+  // 1-sigma of what is left of slopes (edge to edge) and constant, over the rms of the bend. Planes
+  // tell a bend but for these; right angles and the floor tell part of them.
+  constexpr double kSlopeOfBend = 1, kConstantOfBend = 0.2;
   if (!recording.calibration().odometry.planar) return std::nullopt;
   FrontEnd front_end(settings, recording.calibration());
   front_end.correct_depth(distortion);
@@ -116,16 +133,17 @@ std::optional<DepthDistortion> find_depth_slopes(Recording& recording, const Set
   } catch (const Error&) {  // the run itself comes to it, and says so
   }
   if (ended() || steps.size() < kLeast || !front_end.met_wheels()) return std::nullopt;
-  const auto found = depth_errors_of(steps, settings.mapper, ended);
-  if (!found) return std::nullopt;
-  const int k = DepthErrors::kWheels + DepthErrors::kLevel;
-  const Eigen::Vector2d slopes = found->value.segment<2>(k);
-  const Eigen::Matrix2d covariance = found->covariance.block<2, 2>(k, k);
-  if (slopes.dot(covariance.inverse() * slopes) < kToldSlopes) return std::nullopt;
   const CameraModel& camera = first->camera.camera;
   const double fb = first->camera.noise.focal_baseline;
-  const double across = fb * slopes.x() * first->width() / camera.fx;
-  const double down = fb * slopes.y() * first->height() / camera.fy;
+  const Eigen::Vector2d px(fb * first->width() / camera.fx, fb * first->height() / camera.fy);
+  const double bend = distortion.rms();
+  Eigen::Vector3d usual;
+  usual << kSlopeOfBend * bend * px.cwiseInverse(), kConstantOfBend * bend / fb;
+  const auto found = depth_errors_of(steps, settings.mapper, usual, ended);
+  if (!found) return std::nullopt;
+  const Eigen::Vector2d slopes = found->value.segment<2>(kSlopes);
+  const double across = px.x() * slopes.x(), down = px.y() * slopes.y();
+  if (slopes.norm() < 10 * kHeld) return std::nullopt;
   spdlog::info(
       "depth images slope by {:+.2f} px of disparity across and {:+.2f} px down: taken out", across,
       down);

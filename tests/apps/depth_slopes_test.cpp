@@ -9,6 +9,7 @@
 namespace lamina::apps {
 namespace {
 
+const Eigen::Vector3d kNothing = Eigen::Vector3d::Zero();
 const SE3 kOptical(SO3(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5)), {0.1, 0, 0.5});
 
 // A lap and a half of a room by a camera that errs by `error`.
@@ -36,8 +37,8 @@ std::vector<Step> steps_with(const InverseDepthError& error, const WheelErrors::
 
 TEST(DepthSlopes, AreFoundBesideErrorsOfTheWheels) {
   const InverseDepthError error{{0.007, 0, 0}};
-  const auto found =
-      depth_errors_of(steps_with(error, WheelErrors::of(0.01, 0.01, 0)), {}, [] { return false; });
+  const auto found = depth_errors_of(steps_with(error, WheelErrors::of(0.01, 0.01, 0)), {},
+                                     kNothing, [] { return false; });
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->camera().e.x(), 0.007, 0.0015);
   EXPECT_NEAR(found->camera().e.y(), 0, 0.0015);
@@ -46,10 +47,23 @@ TEST(DepthSlopes, AreFoundBesideErrorsOfTheWheels) {
   EXPECT_LT(std::abs(found->wheels()(3)), 0.01);  // the camera is not turned for it
 }
 
+// What does not stand out is held to what is usual: to nothing, or to its size.
+TEST(DepthSlopes, SmallOnesAreFoundWhereTheyAreUsual) {
+  const auto steps = steps_with({{0.001, 0, 0}}, WheelErrors::Vector::Zero());
+  const auto none = [] { return false; };
+  const auto held = depth_errors_of(steps, {}, kNothing, none);
+  ASSERT_TRUE(held);
+  EXPECT_NEAR(held->camera().e.norm(), 0, 1e-6);
+  const auto found = depth_errors_of(steps, {}, {0.001, 0.001, 0.0005}, none);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->camera().e.x(), 0.001, 0.0005);
+  EXPECT_NEAR(found->camera().e.y(), 0, 0.0007);
+}
+
 TEST(DepthSlopes, EndWithTheUser) {
   const auto steps = steps_with({}, WheelErrors::Vector::Zero());
-  EXPECT_FALSE(depth_errors_of(steps, {}, [] { return true; }));
-  EXPECT_FALSE(depth_errors_of({}, {}, [] { return false; }));
+  EXPECT_FALSE(depth_errors_of(steps, {}, kNothing, [] { return true; }));
+  EXPECT_FALSE(depth_errors_of({}, {}, kNothing, [] { return false; }));
 }
 
 // Images of a floor without any odometry.
