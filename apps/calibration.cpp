@@ -128,7 +128,7 @@ void tell_sweep(const SweepFinder::Found& found, io::Metrics& metrics) {
   metrics.counts["scanner_sweep_ms"] = 1000 * found.sweep;
 }
 
-Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options, io::Metrics& metrics,
+Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options,
                  const std::function<bool()>& ended) {
   SweepWatch watch;
   bool stated = false;
@@ -139,10 +139,7 @@ Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options, io::M
     return watch.wants_more();
   });
   if (stated) return {true, {}};
-  const auto found = ended() ? std::nullopt : watch.found();
-  if (!found) return {};
-  tell_sweep(*found, metrics);
-  return {false, found->sweep};
+  return {false, ended() ? std::nullopt : watch.found()};
 }
 
 WheelTrack all_wheels(Recording& recording, const std::function<bool()>& ended) {

@@ -30,15 +30,15 @@ std::optional<MountingCorrection> find_lean(Recording& recording,
 
 /// What is known of how long a level scanner's beam goes round.
 struct Sweep {
-  bool stated = false;          ///< scans say it themselves
-  std::optional<double> found;  ///< s, by turns (SweepFinder); nullopt: scans fit as they are
+  bool stated = false;                      ///< scans say it themselves
+  std::optional<SweepFinder::Found> found;  ///< by turns; nullopt: scans fit as they are
 };
 
 /// Says what was found, in the log and in metrics.json.
 void tell_sweep(const SweepFinder::Found& found, io::Metrics& metrics);
 
 /// A first look over the scans of a level scanner, for its sweep. `recording` is used up.
-Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options, io::Metrics& metrics,
+Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options,
                  const std::function<bool()>& ended);
 
 /// All odometry of a recording: what a scan's beams went through comes after its stamp.

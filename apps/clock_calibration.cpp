@@ -17,7 +17,7 @@
 namespace lamina::apps {
 namespace {
 
-constexpr double kSure = 0.001;            // s, sigma: more would change nothing
+constexpr double kSure = 0.002;            // s, sigma: more would change nothing
 constexpr std::size_t kFirstAsked = 100;   // pieces; then at twice as many, and so on
 constexpr std::int64_t kMostImages = 800;  // to be matched
 
@@ -27,6 +27,7 @@ struct Look {
   const std::optional<double>& sweep;
   const DepthDistortion& distortion;
   const std::function<bool()>& ended;
+  bool camera = false;  // a depth camera is there
 };
 
 // Asked now and then, until it is sure.
@@ -54,14 +55,24 @@ struct Wheels {
   TurnTrack turns;
   WheelTrack track;
   Timestamp first, last;
+  std::size_t count = 0;
   explicit Wheels(const OdometryModel& model) : track(model) {}
   void add(const Odometry& odometry) {
     if (turns.empty()) first = odometry.stamp;
     last = odometry.stamp;
+    ++count;
     turns.add(odometry.stamp, odometry.T_odom_body);
     track.add(odometry);
   }
+  // s, in the mean, from one to the next.
+  double interval() const {
+    return count > 1 ? (last - first) / static_cast<double>(count - 1) : 0;
+  }
 };
+
+// Odometry further apart than a delay says too little of what was between to be moved by that.
+constexpr double kSlowest = 0.15;      // s: few delays are longer
+constexpr std::size_t kCounted = 100;  // odometry, to know its interval by
 
 std::optional<ClockOffset::Result> by_scans(const Look& look, Wheels& wheels) {
   const auto recording = look.open();
@@ -81,6 +92,8 @@ std::optional<ClockOffset::Result> by_scans(const Look& look, Wheels& wheels) {
       if (!measurement) break;
       if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
       if (asked.sure() || !one) continue;
+      if (!look.camera && wheels.count >= kCounted && wheels.interval() > kSlowest)
+        return std::nullopt;
       const auto step = front_end.process(*measurement, aside);
       if (!step || !step->scan_motion) continue;
       const SE3& T = std::get<LaserScan>(*measurement).lidar.T_body_lidar;
@@ -167,21 +180,21 @@ std::optional<ClockOffset::Result> by_images(const Look& look, const Wheels& whe
 
 FoundClocks look_at(const Look& look) {
   const auto recording = look.open();
-  const Calibration& calibration = recording->calibration();
-  Wheels wheels(calibration.odometry);
+  Wheels wheels(recording->calibration().odometry);
   FoundClocks found;
   found.scanner = by_scans(look, wheels);
-  if (wheels.track.moved() && !look.ended()) found.camera = by_images(look, wheels);
+  found.odometry_interval = wheels.interval();
+  if (look.camera && wheels.track.moved() && !look.ended()) found.camera = by_images(look, wheels);
   if (look.ended()) return {};
   return found;
 }
 
 void tell(const char* sensor, double offset, double sigma, double& stamps, io::Metrics& metrics) {
   if (offset == 0) return;
-  spdlog::info("{}'s stamps are late by {:.1f} +- {:.1f} ms, by turns: corrected", sensor,
-               -1000 * offset, 1000 * sigma);
+  spdlog::info("{}'s stamps are {} by {:.1f} +- {:.1f} ms, by turns: corrected", sensor,
+               offset < 0 ? "late" : "early", std::abs(1000 * offset), 1000 * sigma);
   stamps += offset;
-  metrics.counts[std::string(sensor) + "_clock_ms"] = 1000 * offset;
+  metrics.counts[std::string(sensor) + "_clock_ms"] += 1000 * offset;
 }
 
 }  // namespace
@@ -191,7 +204,8 @@ FoundClocks find_clocks(const OpenReclocked& open, const Settings& settings,
                         const std::function<bool()>& ended) {
   ClockOffsets offsets;
   const std::function<std::unique_ptr<Recording>()> as_corrected = [&] { return open(offsets); };
-  const Look look{as_corrected, settings, sweep, distortion, ended};
+  const bool camera = as_corrected()->calibration().depth_camera.has_value();
+  const Look look{as_corrected, settings, sweep, distortion, ended, camera};
   FoundClocks found = look_at(look);
   const auto drop = [](std::optional<ClockOffset::Result>& one) {
     if (one && !one->stands_out()) one.reset();
@@ -237,24 +251,36 @@ ClockOffsets by_earliest(const FoundClocks& found) {
   return {same ? 0 : scanner - most, same ? 0 : camera - most, -most};
 }
 
-void correct_clocks(ClockOffsets& clocks, const OpenReclocked& open, const Settings& settings,
+ClockOffsets by_scanner(const FoundClocks& found) {
+  return {0, 0, found.scanner ? -found.scanner->value : 0};
+}
+
+bool correct_clocks(ClockOffsets& clocks, const OpenReclocked& open, const Settings& settings,
                     const std::optional<double>& sweep, const DepthDistortion& distortion,
                     io::Metrics& metrics, const std::function<bool()>& ended) {
   const OpenReclocked on_top = [&](const ClockOffsets& more) {
-    return open({clocks.scanner + more.scanner, clocks.camera + more.camera, clocks.odometry});
+    return open({clocks.scanner + more.scanner, clocks.camera + more.camera,
+                 clocks.odometry + more.odometry});
   };
-  const FoundClocks found = find_clocks(on_top, settings, sweep, distortion, ended);
+  const bool camera = open(clocks)->calibration().depth_camera.has_value();
+  FoundClocks found = find_clocks(on_top, settings, sweep, distortion, ended);
+  // Moved by less than from one odometry to the next, what it says at scans' stamps would be a
+  // guess.
+  if (!camera && found.scanner &&
+      std::abs(found.scanner->value - clocks.odometry) < found.odometry_interval)
+    found.scanner.reset();
   const auto sigma = [](const std::optional<ClockOffset::Result>& one) {
     return one ? one->sigma : 0;
   };
   const double of_scanner = sigma(found.scanner), of_camera = sigma(found.camera);
-  const ClockOffsets offsets = by_earliest(found);
+  const ClockOffsets offsets = camera ? by_earliest(found) : by_scanner(found);
   const bool scanner_is_earliest = found.scanner && found.scanner->value == -offsets.odometry;
   const double of_earliest =
       offsets.odometry == 0 ? 0 : (scanner_is_earliest ? of_scanner : of_camera);
   tell("odometry", offsets.odometry, of_earliest, clocks.odometry, metrics);
   tell("scanner", offsets.scanner, std::hypot(of_scanner, of_earliest), clocks.scanner, metrics);
   tell("camera", offsets.camera, std::hypot(of_camera, of_earliest), clocks.camera, metrics);
+  return offsets.any();
 }
 
 }  // namespace lamina::apps

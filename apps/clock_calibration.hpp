@@ -18,13 +18,13 @@ using OpenReclocked = std::function<std::unique_ptr<Recording>(const ClockOffset
 
 struct FoundClocks {
   std::optional<ClockOffset::Result> scanner, camera;  ///< what stands out
+  double odometry_interval = 0;                        ///< s, mean
 };
 
 /// Looks over the recording: how far the body turned between scans of a level scanner, as matching
 /// alone has it, and between depth images, against planar odometry (ClockOffset). What stands out
 /// is looked at once more with stamps so corrected, and left if another offset stands out then: it
-/// is not constant. `sweep`: of scans that do not say. For recordings of planar odometry and a
-/// depth camera: where a scanner alone stands beside wheels, nothing else contradicts its clock.
+/// is not constant. `sweep`: of scans that do not say. For recordings of planar odometry.
 FoundClocks find_clocks(const OpenReclocked& open, const Settings& settings,
                         const std::optional<double>& sweep, const DepthDistortion& distortion,
                         const std::function<bool()>& ended);
@@ -34,9 +34,14 @@ FoundClocks find_clocks(const OpenReclocked& open, const Settings& settings,
 /// the odometry; scanner and camera that agree are right and the odometry is late.
 ClockOffsets by_earliest(const FoundClocks& found);
 
-/// find_clocks() on top of what `clocks` corrects already, by_earliest(), told in the log and among
-/// the counts of `metrics`.
-void correct_clocks(ClockOffsets& clocks, const OpenReclocked& open, const Settings& settings,
+/// Where a scanner alone stands beside wheels its stamps are when its poses are asked for, right or
+/// not: the odometry's move.
+ClockOffsets by_scanner(const FoundClocks& found);
+
+/// find_clocks() on top of what `clocks` corrects already, by_earliest() or without a depth camera
+/// by_scanner() (what is longer than from one odometry to the next), told in the log and among the
+/// counts of `metrics`. False where nothing was to do.
+bool correct_clocks(ClockOffsets& clocks, const OpenReclocked& open, const Settings& settings,
                     const std::optional<double>& sweep, const DepthDistortion& distortion,
                     io::Metrics& metrics, const std::function<bool()>& ended);
 

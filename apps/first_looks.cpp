@@ -23,18 +23,31 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
     });
   }
   Sweep sweep{settings.sweep != 0, {}};
-  if (settings.sweep == 0 && settings.find_sweep) {
-    look("scanner_sweep", [&](Recording& all) {
-      sweep = find_sweep(all, settings.scan_odometry, metrics, input.ended);
-    });
-  }
-  if (sweep.found) front_end.set_sweep(*sweep.found);
-  if (settings.find_clocks && depth && input.recording->calibration().odometry.planar) {
+  const auto look_for_sweep = [&] {
+    if (settings.sweep != 0 || !settings.find_sweep || sweep.stated) return;
+    look("scanner_sweep",
+         [&](Recording& all) { sweep = find_sweep(all, settings.scan_odometry, input.ended); });
+  };
+  const auto look_for_clocks = [&] {
+    if (!settings.find_clocks || !input.recording->calibration().odometry.planar) return false;
     const auto timer = metrics.time("clocks");
     input.recording.reset();
-    correct_clocks(input.clocks, input.open_reclocked, settings, sweep.found,
-                   front_end.depth_distortion(), metrics, input.ended);
+    const std::optional<double> found =
+        sweep.found ? std::optional(sweep.found->sweep) : std::nullopt;
+    const bool corrected = correct_clocks(input.clocks, input.open_reclocked, settings, found,
+                                          front_end.depth_distortion(), metrics, input.ended);
     input.recording = input.open_again();
+    return corrected;
+  };
+  // Velocities of another instant hide a sweep, and half of a sweep left in is an offset.
+  look_for_clocks();
+  look_for_sweep();
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds && sweep.found && look_for_clocks(); ++round)
+    look_for_sweep();
+  if (sweep.found) {
+    tell_sweep(*sweep.found, metrics);
+    front_end.set_sweep(sweep.found->sweep);
   }
   if (settings.calibrate_depth && settings.calibrate_wheels && depth) {
     look("depth_slopes", [&](Recording& all) {

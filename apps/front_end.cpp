@@ -18,6 +18,14 @@ TrackingOptions tracking_of(const Settings& settings, const Calibration& calibra
   return tracking;
 }
 
+// The floor tells how a camera is mounted on a body that stands on it. One that flies or is carried
+// tilts: what tilts with it is no mounting.
+FloorOptions floor_options(const Settings& settings, bool planar) {
+  FloorOptions options = settings.floor;
+  options.self_calibrate = options.self_calibrate && planar;
+  return options;
+}
+
 }  // namespace
 
 SE3 levelled_pose(const Plane& floor_body) {
@@ -31,7 +39,7 @@ FrontEnd::FrontEnd(const Settings& settings, const Calibration& calibration)
     : planar_(calibration.odometry.planar),
       wheels_(calibration.odometry),
       wheels_ahead_(calibration.odometry),
-      floor_(settings.floor),
+      floor_(floor_options(settings, planar_)),
       obstacles_(scan_options(settings)),
       segments_(settings.segments, tracking_of(settings, calibration)),
       scan_odometry_(settings.scan_odometry),
@@ -185,7 +193,7 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
   if (!last_scan_) begin_scans(scan.stamp, step, motion);
   SE3 T_start_body = T_start_scan_body_ * motion.T_prev_curr_body;
   if (lifted_since_scan_) T_start_body = T_start_body * *lifted_since_scan_;
-  const bool carried = level && last_scan_ && lost(motion);
+  const bool carried = level && last_scan_ && lost(motion, guess.has_value());
   if (carried) motion.covariance += carried_away();
   // Too few returns to tell, and no wheels that would.
   const bool predicted = motion.status == ScanMotion::Status::kPredicted;
@@ -233,10 +241,12 @@ void FrontEnd::begin_scans(Timestamp stamp, Step& step, ScanMotion& motion) {
   motion.covariance = moved->covariance;
 }
 
-// Returns enough to tell, none of them where they should be.
-bool FrontEnd::lost(const ScanMotion& motion) const {
+// Returns enough to tell, none of them where they should be. Where they are, but too noisy to say
+// more than the wheels, those are to be believed.
+bool FrontEnd::lost(const ScanMotion& motion, bool guessed) const {
   constexpr std::size_t kEnough = 30;
-  return motion.status == ScanMotion::Status::kPredicted &&
+  const bool fits = motion.matched >= scan_odometry_.options().lost_matched;
+  return motion.status == ScanMotion::Status::kPredicted && !(guessed && fits) &&
          scan_odometry_.last_points().size() >= kEnough;
 }
 

@@ -137,7 +137,7 @@ class FrontEnd {
   std::optional<Step> process_scan(const LaserScan& measured, io::Metrics& metrics);
   std::optional<Step> process_depth(const DepthFrame& frame, SensorKind kind, io::Metrics& metrics);
   void begin_scans(Timestamp stamp, Step& step, ScanMotion& motion);
-  bool lost(const ScanMotion& motion) const;
+  bool lost(const ScanMotion& motion, bool guessed) const;
   ScanMotion move_by_scan(const LaserScan& scan, const std::optional<MotionGuess>& guess,
                           bool level);
   std::optional<Step> process_cloud(const CloudFrame& cloud, io::Metrics& metrics);

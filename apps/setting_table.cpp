@@ -42,8 +42,8 @@ std::vector<Setting> general_rows() {
       LAMINA_ROW("camera.delay_s", camera_delay, "likewise, of images and clouds"),
       LAMINA_ROW("odometry.delay_s", odometry_delay, "likewise, of odometry"),
       LAMINA_ROW("clocks.find", find_clocks,
-                 "with a depth camera and planar odometry, offline: turns tell further delays of "
-                 "scanner, camera and wheels, which are taken off, too"),
+                 "with planar odometry, offline: turns tell further delays of scanner, camera and "
+                 "wheels, which are taken off, too"),
       LAMINA_ROW("topics.scan", topics["scan"],
                  "topic of a ROS bag to take as scans; \"\": the one of that type"),
       LAMINA_ROW("topics.depth", topics["depth"], "likewise, depth images"),

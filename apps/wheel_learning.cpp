@@ -14,6 +14,7 @@ constexpr double kScale = 0.05, kDrift = 0.5 * kDegree, kTurnScale = 0.05;  // a
 constexpr double kWalk = 0.01;                           // of those sigmas, a piece
 constexpr double kPieceWay = 1, kPieceTurn = 0.5;        // m, rad
 constexpr double kScanShift = 0.015, kScanTurn = 0.004;  // m, rad: of a piece's two ends by scans
+constexpr double kLeastTurn = 0.1;                       // rad of a piece: less is its noise
 constexpr double kGate = 3;                              // sigmas
 constexpr double kStandsOut = 16;                        // chi-squared of 3 dof
 
@@ -37,9 +38,10 @@ void WheelLearning::add(const std::optional<Increment>& by_wheels,
 
 void WheelLearning::compare() {
   covariance_.diagonal() += (kWalk * first_sigmas()).cwiseAbs2();
-  const double yaw = piece_.wheels.so3().yaw();
-  const double turned = std::remainder(piece_.scans.so3().yaw() - yaw, 2 * M_PI);
-  hear(turned, std::hypot(std::sqrt(noise_(5, 5)), kScanTurn), {0, piece_.way, yaw});
+  const double yaw = piece_.scans.so3().yaw();
+  const double turned = std::remainder(yaw - piece_.wheels.so3().yaw(), 2 * M_PI);
+  const double turn = std::abs(yaw) < kLeastTurn ? 0 : yaw;
+  hear(turned, std::hypot(std::sqrt(noise_(5, 5)), kScanTurn), {0, piece_.way, turn});
   const Eigen::Vector2d t = piece_.wheels.translation().head<2>();
   // On a piece that hardly leads anywhere the length says nothing of the scale.
   if (t.norm() <= kPieceWay / 2) return;

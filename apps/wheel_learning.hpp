@@ -12,10 +12,12 @@ namespace lamina::apps {
 /// they pull all steps the same way. Over pieces of a metre or half a radian, in each of which
 /// scans held all directions, the motion by scans is compared with that by wheels:
 ///   t_scans . t_wheels / |t_wheels|^2 = 1 + scale,
-///   yaw_scans - yaw_wheels = drift |t| + turn_scale yaw_wheels
-/// (WheelErrors of the backend, without direction and place). A Kalman filter over these three,
-/// zero at first to 5 %, 0.5 deg/m and 5 %, with a slow random walk (loads, floors). Pieces beyond
-/// three sigmas (slipping, counters without a sign) tell nothing lawful and are left out. Causal.
+///   yaw_scans - yaw_wheels = drift |t| + turn_scale yaw_scans
+/// (WheelErrors of the backend, without direction and place, to first order). The turn is the
+/// scans' and counts from 0.1 rad on: what wheels make up on straight pieces is there on both
+/// sides, and would be told as a turn scale of -1. A Kalman filter over these three, zero at first
+/// to 5 %, 0.5 deg/m and 5 %, with a slow random walk (loads, floors). Pieces beyond three sigmas
+/// (slipping, counters without a sign) tell nothing lawful and are left out. Causal.
 class WheelLearning {
  public:
   WheelLearning();

@@ -27,6 +27,7 @@ struct Rasterizer::State {
   };
   std::vector<Leader> leaders;  ///< by seed
   std::vector<Tile*> in_order;  ///< all tiles, ascending by key
+  bool were_few = false;        ///< led_by_few() the last time
   bool joined_anew = true;      ///< components, their links or the leaders are not what they were
 
   explicit State(const RasterOptions& o) : options(o), book(o), grid(o.resolution) {}
@@ -42,7 +43,12 @@ struct Rasterizer::State {
   void reach();
   float floor_height(const std::vector<Tile*>& floors, Components& all, std::int32_t floor) const;
   std::vector<char> voted(Components& all, std::size_t count) const;
-  std::int32_t largest(const std::vector<Tile*>& floors, Components& all, std::size_t count) const;
+  bool led_by_few() const;
+  std::vector<std::int64_t> sizes(const std::vector<Tile*>& floors, Components& all,
+                                  std::size_t count) const;
+  bool stands_over(const std::vector<Tile*>& floors, Components& all,
+                   const std::vector<char>& reached, std::int32_t floor,
+                   const std::vector<std::int64_t>& size) const;
   void spread(const std::vector<Tile*>& floors, Components& all, const std::vector<char>& reached);
   void choose_again(Tile& tile);
   void judge();
@@ -161,8 +167,16 @@ std::vector<char> Rasterizer::State::voted(Components& all, std::size_t count) c
   return reached;
 }
 
-std::int32_t Rasterizer::State::largest(const std::vector<Tile*>& floors, Components& all,
-                                        std::size_t count) const {
+// Where most of the path has no floor under it, a camera is carried.
+bool Rasterizer::State::led_by_few() const {
+  const auto led = std::count_if(leaders.begin(), leaders.end(),
+                                 [](const Leader& leader) { return leader.tile != nullptr; });
+  return 2 * static_cast<std::size_t>(led) < leaders.size();
+}
+
+// Cells of the components, by root.
+std::vector<std::int64_t> Rasterizer::State::sizes(const std::vector<Tile*>& floors,
+                                                   Components& all, std::size_t count) const {
   std::vector<std::int64_t> size(count, 0);
   for (const Tile* tile : floors) {
     for (std::int32_t k = 0; k < tile->components; ++k) {
@@ -170,14 +184,33 @@ std::int32_t Rasterizer::State::largest(const std::vector<Tile*>& floors, Compon
           tile->sizes[static_cast<std::size_t>(k)];
     }
   }
-  return static_cast<std::int32_t>(std::max_element(size.begin(), size.end()) - size.begin());
+  return size;
+}
+
+// Tops of furniture at a carried camera's own height are no floor: what it is carried over is below
+// them and much larger.
+bool Rasterizer::State::stands_over(const std::vector<Tile*>& floors, Components& all,
+                                    const std::vector<char>& reached, std::int32_t floor,
+                                    const std::vector<std::int64_t>& size) const {
+  constexpr std::int64_t kMuchLarger = 4;
+  if (reached[static_cast<std::size_t>(floor)] != 0 || !led_by_few()) return false;
+  const float height = floor_height(floors, all, floor);
+  std::int64_t under_path = 0;
+  for (std::size_t k = 0; k < reached.size(); ++k) {
+    if (reached[k] == 0) continue;
+    under_path += size[k];
+    if (!(floor_height(floors, all, static_cast<std::int32_t>(k)) > height)) return false;
+  }
+  return size[static_cast<std::size_t>(floor)] > kMuchLarger * under_path;
 }
 
 // Components of all tiles, joined over their borders; those under the path are the robot's floor.
 // Where the path lies on no floor (a hand-held camera) it is the largest of all. Nothing changes
-// while the graph of components and those who lead to it are the same.
+// while the graph of components and those who lead to it are the same, and are most of the path.
 void Rasterizer::State::reach() {
-  if (!joined_anew && floor_under_path) return;
+  const bool few = led_by_few();
+  if (!joined_anew && floor_under_path && !few && !were_few) return;
+  were_few = few;
   joined_anew = false;
   if (in_order.size() != book.tiles.size()) {  // tiles stay
     in_order.clear();
@@ -208,10 +241,16 @@ void Rasterizer::State::reach() {
   std::vector<char> reached = voted(all, static_cast<std::size_t>(count));
   float height = std::numeric_limits<float>::quiet_NaN();
   floor_under_path = std::find(reached.begin(), reached.end(), 1) != reached.end();
-  if (count > 0 && !floor_under_path) {
-    const std::int32_t floor = largest(floors, all, static_cast<std::size_t>(count));
-    reached[static_cast<std::size_t>(floor)] = 1;
-    height = floor_height(floors, all, floor);
+  if (count > 0 && (few || !floor_under_path)) {
+    const std::vector<std::int64_t> size = sizes(floors, all, static_cast<std::size_t>(count));
+    const auto floor =
+        static_cast<std::int32_t>(std::max_element(size.begin(), size.end()) - size.begin());
+    if (!floor_under_path || stands_over(floors, all, reached, floor, size)) {
+      std::fill(reached.begin(), reached.end(), 0);
+      reached[static_cast<std::size_t>(floor)] = 1;
+      height = floor_height(floors, all, floor);
+      floor_under_path = false;
+    }
   }
   if (!(height == fallback || (std::isnan(height) && std::isnan(fallback)))) {
     for (Tile* tile : in_order) choose_again(*tile);

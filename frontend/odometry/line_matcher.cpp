@@ -147,6 +147,12 @@ double typical_lever(const std::vector<OrientedPoint>& scan) {
   return scan.empty() ? 1.0 : std::max(0.3, sum / static_cast<double>(scan.size()));
 }
 
+double largest_sigma(const std::vector<OrientedPoint>& scan) {
+  double sigma = 0;
+  for (const OrientedPoint& p : scan) sigma = std::max(sigma, p.sigma);
+  return sigma;
+}
+
 Eigen::Vector3d tangent(const PlanarPose& from, const PlanarPose& to) {
   const PlanarPose d = from.inverse() * to;
   return {d.x, d.y, d.yaw};
@@ -154,12 +160,22 @@ Eigen::Vector3d tangent(const PlanarPose& from, const PlanarPose& to) {
 
 }  // namespace
 
+LineMatchOptions LineMatchOptions::for_noise(double sigma) const {
+  constexpr double kSigmas = 3 * 1.42;  // of the difference of two returns
+  LineMatchOptions scaled = *this;
+  scaled.end_radius = std::max(end_radius, kSigmas * sigma);
+  scaled.start_radius = std::max(start_radius, 2 * scaled.end_radius);
+  scaled.min_information = std::min(min_information, 1 / (sigma * sigma));
+  return scaled;
+}
+
 LineMatch match_lines(const PointMap& map, const std::vector<OrientedPoint>& scan,
                       const PlanarPose& start, const PlanarPrior& prior,
-                      const LineMatchOptions& options) {
+                      const LineMatchOptions& stated) {
   LineMatch match;
   match.T_map_scan = start;
   if (map.empty() || scan.empty()) return match;
+  const LineMatchOptions options = stated.for_noise(largest_sigma(scan));
   const double lever = typical_lever(scan);
   double radius = options.start_radius;
   System s;

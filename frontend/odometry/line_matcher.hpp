@@ -44,6 +44,10 @@ struct LineMatchOptions {
   double inlier_sigmas = 3;      ///< a match this near (and nearer than 5 cm anyway) is an inlier
   double samples_per_fact = 4;   ///< neighbouring returns share errors: this many count as one
   double min_information = 400;  ///< 1/m^2; a direction known worse than 5 cm is called unknown
+
+  /// The same for returns with this noise (m): radii hold three sigmas of a difference, and a
+  /// direction is unknown that is known worse than a single return.
+  LineMatchOptions for_noise(double sigma) const;
 };
 
 /// A weak belief about the answer, in its right tangent.

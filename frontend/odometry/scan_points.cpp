@@ -50,18 +50,18 @@ std::vector<OrientedPoint> oriented_points(const LaserScan& scan, const ScanPoin
   std::vector<OrientedPoint> result(p.size());
   const Eigen::Vector2d scanner = scan.lidar.T_body_lidar.translation().head<2>();
   const double radius = std::max(options.radius, 10 * sigma);
+  const int most = static_cast<int>(options.max_neighbours * radius / options.radius);
   const auto linked = [&](std::size_t a, std::size_t b) {
     return beam[b] - beam[a] <= 2 &&
            (p[a] - p[b]).norm() < options.max_gap + 0.05 * (p[a] - scanner).norm();
   };
   for (std::size_t i = 0; i < p.size(); ++i) {
     std::size_t first = i, last = i;
-    for (int k = 0; k < options.max_neighbours && first > 0 && linked(first - 1, first); ++k) {
+    for (int k = 0; k < most && first > 0 && linked(first - 1, first); ++k) {
       if (k >= 2 && (p[first - 1] - p[i]).norm() > radius) break;
       --first;
     }
-    for (int k = 0; k < options.max_neighbours && last + 1 < p.size() && linked(last, last + 1);
-         ++k) {
+    for (int k = 0; k < most && last + 1 < p.size() && linked(last, last + 1); ++k) {
       if (k >= 2 && (p[last + 1] - p[i]).norm() > radius) break;
       ++last;
     }

@@ -25,10 +25,12 @@ void fields(A& a, OrientedPoint& v) {
 }
 
 struct ScanPointOptions {
-  double max_range = 40;    ///< m; farther returns are sparse and grazing
-  double radius = 0.15;     ///< m; a normal is fitted over neighbours this near (10 sigma or more)
-  double max_gap = 0.4;     ///< m (+ 5 % of the range); a larger step between beams is an edge
-  int max_neighbours = 20;  ///< beams to each side: bounds the work on dense scans
+  double max_range = 40;  ///< m; farther returns are sparse and grazing
+  double radius = 0.15;   ///< m; a normal is fitted over neighbours this near (10 sigma or more)
+  double max_gap = 0.4;   ///< m (+ 5 % of the range); a larger step between beams is an edge
+  /// Beams to each side within `radius` (more where that is 10 sigma): bounds the work on dense
+  /// scans.
+  int max_neighbours = 20;
 };
 
 /// The valid returns of a scan in the body's x-y plane, with normals fitted to runs of neighbouring

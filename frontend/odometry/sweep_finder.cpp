@@ -1,9 +1,9 @@
-// Costs of pairs over sweeps: a coarse search, then parabolas.
+// Costs of pairs over sweeps: a coarse search, then Gauss-Newton.
 #include <lamina/frontend/odometry/sweep_finder.hpp>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include <lamina/frontend/odometry/line_matcher.hpp>
 #include <lamina/frontend/odometry/sweep.hpp>
@@ -16,8 +16,9 @@ constexpr double kRates = 0.25;                // rad/s that two scans' turn rat
 constexpr double kNext = 0.1;                  // rad or m between pairs
 constexpr double kFit = 0.05;                  // m; further off is no fit, however far
 constexpr double kLongest = 0.2;               // s: slower scanners are not built
-constexpr std::size_t kLeastPairs = 20, kGroups = 10, kShots = 60;
-constexpr double kGain = 0.1, kSigmas = 4;
+constexpr std::size_t kLeastPairs = 20, kGroups = 10, kShots = 60, kIntervals = 200;
+constexpr int kRounds = 8;
+constexpr double kStep = 1e-4, kLeast = 0.01, kSigmas = 5;  // s; shorter sweeps hardly matter
 
 std::vector<OrientedPoint> points_of(const LaserScan& scan, double sweep,
                                      const Vector6d& velocity) {
@@ -25,19 +26,24 @@ std::vector<OrientedPoint> points_of(const LaserScan& scan, double sweep,
   return thinned(oriented_points(straightened(scan, sweep / beams, velocity)), 0.05);
 }
 
-double sum(const std::vector<double>& v) { return std::accumulate(v.begin(), v.end(), 0.0); }
-
-// Where the parabola through three equally spaced costs is least, in steps from the middle.
-double least(double before, double middle, double after) {
-  const double bend = before - 2 * middle + after;
-  return bend > 0 ? std::clamp(0.5 * (before - after) / bend, -1.0, 1.0) : 0;
+// A beam is back where it began before the next scan; of stamps that jitter the middle says so.
+double usual(std::vector<double> intervals) {
+  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
+  std::nth_element(intervals.begin(), middle, intervals.end());
+  return *middle;
 }
 
-// What each group of pairs sums up to, in the order they were seen.
-std::vector<double> grouped(const std::vector<double>& costs) {
-  std::vector<double> groups(kGroups, 0);
-  for (std::size_t i = 0; i < costs.size(); ++i) groups[i * kGroups / costs.size()] += costs[i];
-  return groups;
+// How a point in the body's plane moves with the sweep (m/s): its beam came that share of the sweep
+// after the first.
+Eigen::Vector2d by_sweep(const Eigen::Vector2d& p, const LaserScan& scan, const Vector6d& v) {
+  const SE3& T_body_lidar = scan.lidar.T_body_lidar;
+  const Eigen::Vector3d q =
+      T_body_lidar.inverse() * Eigen::Vector3d(p.x(), p.y(), T_body_lidar.translation().z());
+  const double all = scan.angle_increment * static_cast<double>(scan.size() - 1);
+  const double middle = scan.angle_min + 0.5 * all;
+  const double from_middle = std::remainder(std::atan2(q.y(), q.x()) - middle, 2 * M_PI);
+  const double share = std::clamp(0.5 + from_middle / all, 0.0, 1.0);
+  return share * Eigen::Vector2d(v(0) - v(5) * p.y(), v(1) + v(5) * p.x());
 }
 
 }  // namespace
@@ -46,8 +52,7 @@ void SweepFinder::add(const LaserScan& scan, const PlanarPose& T_start_body,
                       const Vector6d& velocity) {
   if (!wants_more() || scan.time_increment > 0 || scan.size() < 2) return;
   if (last_stamp_ && scan.stamp > *last_stamp_) {
-    const double dt = scan.stamp - *last_stamp_;
-    interval_ = interval_ > 0 ? std::min(interval_, dt) : dt;
+    if (intervals_.size() < kIntervals) intervals_.push_back(scan.stamp - *last_stamp_);
   }
   last_stamp_ = scan.stamp;
   std::erase_if(near_, [&](const Shot& shot) {
@@ -92,53 +97,84 @@ double SweepFinder::cost(const Pair& pair, double sweep) const {
   return match.matched * fit * fit + (1 - match.matched) * kFit * kFit;
 }
 
-std::vector<double> SweepFinder::costs(double sweep) const {
-  std::vector<double> all;
-  for (const Pair& pair : pairs_) all.push_back(cost(pair, sweep));
-  return all;
+double SweepFinder::cost(double sweep) const {
+  double sum = 0;
+  for (const Pair& pair : pairs_) sum += cost(pair, sweep);
+  return sum;
 }
 
+SweepFinder::Pull SweepFinder::pull(const Pair& pair, double sweep) const {
+  constexpr double kMatched = 0.5, kLoose = 0.3;  // m, rad: how far the pose may go beside it
+  const PointMap map(points_of(pair.still.scan, sweep, pair.still.velocity));
+  const auto points = points_of(pair.turning.scan, sweep, pair.turning.velocity);
+  const LineMatchOptions options;
+  const LineMatch match = match_lines(
+      map, points, pair.still.T_start_body.inverse() * pair.turning.T_start_body, {}, options);
+  if (!match.converged || match.matched < kMatched) return {};
+  const PlanarPose& T = match.T_map_scan;
+  const Eigen::Matrix2d R = T.rotation();
+  Eigen::Matrix4d H = Eigen::Matrix4d::Zero();
+  Eigen::Vector4d b = Eigen::Vector4d::Zero();
+  H.diagonal().head<3>().setConstant(1 / (kLoose * kLoose));
+  for (const OrientedPoint& p : points) {
+    if (!p.oriented()) continue;
+    const OrientedPoint* q = map.nearest(T * p.point, R * p.normal, options.end_radius);
+    if (!q) continue;
+    const Eigen::Vector2d n = R.transpose() * q->normal;
+    const double e = q->normal.dot(T * p.point - q->point);
+    const double variance = p.sigma * p.sigma + q->sigma * q->sigma;
+    const double weight = 1 / (variance * (1 + e * e / (4 * variance)));
+    const Eigen::Vector4d J(
+        n.x(), n.y(), n.y() * p.point.x() - n.x() * p.point.y(),
+        n.dot(by_sweep(p.point, pair.turning.scan, pair.turning.velocity)) -
+            q->normal.dot(by_sweep(q->point, pair.still.scan, pair.still.velocity)));
+    H += weight / options.samples_per_fact * J * J.transpose();
+    b -= weight / options.samples_per_fact * e * J;
+  }
+  const Eigen::Vector3d shared = H.topLeftCorner<3, 3>().ldlt().solve(H.topRightCorner<3, 1>());
+  return {H(3, 3) - shared.dot(H.topRightCorner<3, 1>()), b(3) - shared.dot(b.head<3>())};
+}
+
+double SweepFinder::coarse(double longest) const {
+  double best = 0, least = cost(0);
+  for (const double share : {-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0}) {
+    const double c = cost(share * longest);
+    if (c >= least) continue;
+    least = c;
+    best = share * longest;
+  }
+  return best;
+}
+
+// Gauss-Newton; the sigma by leaving out one group of pairs after the other.
 std::optional<SweepFinder::Found> SweepFinder::found() const {
   if (pairs_.size() < kLeastPairs) return std::nullopt;
-  // A beam is back where it began before the next scan.
-  const double longest = std::min(interval_, kLongest);
-  const std::vector<double> still = costs(0);
-  double best = 0, least_cost = sum(still), step = 0;
-  for (const double share : {-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0}) {
-    const double c = sum(costs(share * longest));
-    if (c < least_cost) {
-      least_cost = c;
-      best = share * longest;
+  const double longest = std::min(usual(intervals_), kLongest);
+  Found result{coarse(longest), 0};
+  std::vector<Pull> groups;
+  for (int round = 0; round < kRounds; ++round) {
+    groups.assign(kGroups, {});
+    Pull all;
+    for (std::size_t i = 0; i < pairs_.size(); ++i) {
+      const Pull one = pull(pairs_[i], result.sweep);
+      groups[i * kGroups / pairs_.size()] += one;
+      all += one;
     }
+    if (!(all.information > 0)) return std::nullopt;
+    const double step = all.gradient / all.information;
+    result.sweep = std::clamp(result.sweep + step, -longest, longest);
+    double squares = 0;
+    for (const Pull& group : groups) {
+      const double left = all.information - group.information;
+      const double without = left > 0 ? (all.gradient - group.gradient) / left : 0;
+      squares += (without - step) * (without - step);
+    }
+    const double n = static_cast<double>(kGroups);
+    result.sigma = std::sqrt((n - 1) / n * squares);
+    if (std::abs(step) < kStep) break;
   }
-  if (!(least_cost < (1 - kGain / 2) * sum(still))) return std::nullopt;
-  std::vector<double> before, middle, after;
-  for (const double share : {0.25, 0.125}) {
-    step = share * longest;
-    before = costs(best - step);
-    middle = costs(best);
-    after = costs(best + step);
-    best += step * least(sum(before), sum(middle), sum(after));
-  }
-  const double centre = best;
-  before = grouped(costs(centre - step));
-  middle = grouped(costs(centre));
-  after = grouped(costs(centre + step));
-  const std::vector<double> at_zero = grouped(still);
-  const double all_before = sum(before), all_middle = sum(middle), all_after = sum(after);
-  Found result{centre + step * least(all_before, all_middle, all_after), 0};
-  double squares = 0, gain_squares = 0;
-  const double n = static_cast<double>(kGroups);
-  const double gain = sum(at_zero) - all_middle;
-  for (std::size_t g = 0; g < kGroups; ++g) {
-    const double without =
-        centre + step * least(all_before - before[g], all_middle - middle[g], all_after - after[g]);
-    squares += (without - result.sweep) * (without - result.sweep);
-    gain_squares += std::pow(at_zero[g] - middle[g] - gain / n, 2);
-  }
-  result.sigma = std::sqrt((n - 1) / n * squares);
-  const double gain_sigma = std::sqrt(gain_squares * n / (n - 1));
-  if (!(gain > kGain * sum(at_zero)) || !(gain > kSigmas * gain_sigma)) return std::nullopt;
+  const bool stands_out = std::abs(result.sweep) > std::max(kLeast, kSigmas * result.sigma);
+  if (!stands_out || !(cost(result.sweep) < cost(0))) return std::nullopt;
   return result;
 }
 

@@ -15,8 +15,9 @@ namespace lamina {
 /// A beam that takes `sweep` seconds to go round smears a scan by sweep times the turn rate. Two
 /// scans of one place, one turning and one not (or the other way), fit each other only when both
 /// are straightened by the right sweep. Gathers such pairs and looks for the sweep, of either order
-/// of the beams, with which they all fit best (point to line, truncated at 5 cm). Turning at a
-/// constant rate alone tells nothing.
+/// of the beams, with which they all fit best: from the best of a few (mean square truncated at
+/// 5 cm) by Gauss-Newton on distances of points from lines, each pair's relative pose eliminated.
+/// Turning at a constant rate alone tells nothing.
 class SweepFinder {
  public:
   struct Found {
@@ -31,14 +32,13 @@ class SweepFinder {
   bool wants_more() const { return pairs_.size() < kMostPairs; }
   /// Pairs gathered so far.
   std::size_t pairs() const { return pairs_.size(); }
-  /// nullopt where the scans fit best as they are, hardly fit better otherwise (10 %, four sigmas
-  /// of the gain between groups of pairs), or were too few.
+  /// nullopt where the sweep is not five sigmas and 10 ms from zero, or scans were too few.
   std::optional<Found> found() const;
 
   /// For archives (models/archive.hpp).
   template <class A>
   friend void fields(A& a, SweepFinder& v) {
-    a(v.near_, v.pairs_, v.last_pair_, v.last_stamp_, v.interval_);
+    a(v.near_, v.pairs_, v.last_pair_, v.last_stamp_, v.intervals_);
   }
 
  private:
@@ -59,16 +59,27 @@ class SweepFinder {
       a(v.still, v.turning);
     }
   };
-  static constexpr std::size_t kMostPairs = 100;
+  /// What one pair or several say at a sweep: d = gradient / information brings them closest.
+  struct Pull {
+    double information = 0, gradient = 0;  ///< the pair's relative pose eliminated
+    Pull& operator+=(const Pull& other) {
+      information += other.information;
+      gradient += other.gradient;
+      return *this;
+    }
+  };
+  static constexpr std::size_t kMostPairs = 200;
 
   double cost(const Pair& pair, double sweep) const;
-  std::vector<double> costs(double sweep) const;
+  double cost(double sweep) const;
+  Pull pull(const Pair& pair, double sweep) const;
+  double coarse(double longest) const;
 
   std::vector<Shot> near_;  ///< of the last metre
   std::vector<Pair> pairs_;
   std::optional<PlanarPose> last_pair_;
   std::optional<Timestamp> last_stamp_;
-  double interval_ = 0;  ///< s, the shortest between scans
+  std::vector<double> intervals_;  ///< s, between scans, of the first ones
 };
 
 }  // namespace lamina

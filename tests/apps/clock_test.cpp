@@ -47,6 +47,23 @@ TEST(Clocks, LateImagesAreFoundAndCorrected) {
   EXPECT_FALSE(counts.contains("scanner_clock_ms"));
 }
 
+// Its poses are asked for at its own stamps: the wheels' move, by more than from one to the next.
+TEST(Clocks, BesideAScannerAloneTheWheelsMove) {
+  for (const auto& [delay, told] : {std::pair{"0.1", 100.0}, {"0.03", 0.0}}) {
+    const Folder folder;
+    sim::DatasetOptions options;
+    options.grid = false;
+    sim::write_dataset(sim::make_scene("room", {{"lidar.enabled", "true"},
+                                                {"camera.enabled", "false"},
+                                                {"lidar.delay_s", delay}}),
+                       folder.path() / "data", options);
+    map_and_evaluate(folder, folder.path() / "data");
+    const auto counts = counts_of(folder);
+    EXPECT_NEAR(counts.value("odometry_clock_ms", 0.0), told, 10);
+    EXPECT_FALSE(counts.contains("scanner_clock_ms"));
+  }
+}
+
 TEST(Clocks, TheEarliestIsRight) {
   const auto offset = [](double value) { return ClockOffset::Result{value, 0.001, 10}; };
   const ClockOffsets late = by_earliest({offset(-0.04), std::nullopt});

@@ -92,5 +92,28 @@ TEST(ImagesBetweenScans, WhatFliesMayTilt) {
   EXPECT_GT(last_freedom({scan(0), scan(0.1), image(0.183)}, false).tilt, 0.005);
 }
 
+// How far the camera is turned from its calibration by an image of a floor that leans by 3 degrees.
+double turned_by_leaning_floor(bool planar) {
+  Calibration calibration;
+  calibration.odometry.planar = planar;
+  FrontEnd front_end({}, calibration);
+  io::Metrics metrics;
+  front_end.process(Odometry{at(0), SE3()}, metrics);
+  front_end.process(Odometry{at(1), SE3()}, metrics);
+  const double lean = 3 * M_PI / 180;
+  const Plane floor({std::sin(lean), 0, std::cos(lean)}, 0);
+  DepthFrame frame = testing::draw({{floor}}, testing::small_test_camera(0.3), 0.02, 1);
+  frame.stamp = at(0.5);
+  const auto step = front_end.process(frame, metrics);
+  const SE3& T_body_camera = frame.camera.camera.T_body_camera;
+  return (T_body_camera.inverse() * step->observations.T_body_sensor).so3().log().norm();
+}
+
+// What stands on a floor is level with it, what flies is not.
+TEST(LeaningFloor, TurnsTheCameraOnABodyThatStandsOnItAlone) {
+  EXPECT_GT(turned_by_leaning_floor(true), 0.03);
+  EXPECT_EQ(turned_by_leaning_floor(false), 0);
+}
+
 }  // namespace
 }  // namespace lamina::apps

@@ -45,6 +45,20 @@ TEST(RealLog, AllFramesOfAnOpenNiRecordingAreMapped) {
       12);
 }
 
+// A scanner of ten revolutions a second that looks 240 degrees around: 67 ms from the first beam to
+// the last, which the log does not say. Its wheels' stamps are early by more than a scan.
+TEST(RealLog, ASlowScannersSweepAndClockAreTold) {
+  const char* set = std::getenv("LAMINA_DATA");
+  const Path data = set ? set : LAMINA_SOURCE_DIR "/../shared/data";
+  const Path log = data / "mines_exp1" / "exp1.log";
+  if (!std::filesystem::exists(log)) GTEST_SKIP() << log << " is absent";
+  const Path map = scratch() / "mines";
+  ASSERT_EQ(run({"map", log, "--output", map, "--quiet"}), 0);
+  const auto counts = nlohmann::json::parse(text_of(map / "metrics.json")).at("counts");
+  EXPECT_NEAR(counts.value("scanner_sweep_ms", 0.0), 67, 15);
+  EXPECT_GT(counts.value("odometry_clock_ms", 0.0), 100);
+}
+
 // A cheap scanner, whose lines of one wall contradict each other by degrees; from a place on where
 // that had laid three walls flat.
 TEST(RealLog, WallsOfContradictingLinesStayUpright) {

@@ -60,6 +60,18 @@ TEST(WheelLearning, LearnsScaleDriftAndTurns) {
   EXPECT_LT((corrected_path.translation() - true_path.translation()).norm(), 0.2);
 }
 
+// Their own noise on a straight way is no sign that turns are counted short.
+TEST(WheelLearning, AStraightWayTellsNothingOfTurns) {
+  Drive drive(3);
+  drive.model.sigma_rotation = 0.02;
+  for (int i = 0; i < 3000; ++i) {
+    const SE3 truth = SE3::planar(0.1, 0, 0);
+    const SE3 scans = SE3::planar(0.1, 0, 0.0005 * drive.normal(drive.rng));
+    drive.learning.add(drive.wheels(truth, WheelErrors::of(0, 0.1 * kDegree, 0)), scans);
+  }
+  EXPECT_LT(std::abs(drive.learning.errors()(2)), 0.02);
+}
+
 TEST(WheelLearning, RightWheelsStayAsTheyAre) {
   int changed = 0;
   for (unsigned seed = 0; seed < 30; ++seed) {

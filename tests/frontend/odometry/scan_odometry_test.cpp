@@ -64,6 +64,17 @@ TEST(ScanOdometry, FollowsADriveThroughARoomWithoutWheels) {
   EXPECT_EQ(r.lost, 0);
 }
 
+// Radii and limits of a scanner of a centimetre would find no scan of this one where it should be.
+TEST(ScanOdometry, FollowsByAScannerThatIsOffByTwentyCentimetres) {
+  Scanner scanner;
+  scanner.sigma = 0.2;
+  const DriveResult r = run(scanner, 0.5, true);
+  const auto [t, a] = error(drive(0).inverse() * drive(59), r.T_first_last);
+  EXPECT_LT(t, 0.2);
+  EXPECT_LT(a, 0.05);
+  EXPECT_GE(r.last.matched, ScanOdometryOptions().sure_matched);
+}
+
 TEST(ScanOdometry, OverrulesWheelsThatTurnHalfTooMuch) {
   const DriveResult r = run(Scanner{}, 0.5, true);
   const auto [t, a] = error(drive(0).inverse() * drive(59), r.T_first_last);

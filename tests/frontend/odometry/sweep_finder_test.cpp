@@ -34,15 +34,20 @@ double heading_at(double t) {
   return kRate * (period - phase);
 }
 
-// What is found of a beam that takes `sweep`, of scans over `seconds`.
-std::optional<SweepFinder::Found> found(double sweep, double seconds, double stated = 0) {
+// What is found of a beam that takes `sweep`, of scans over `seconds`; `jitter` of their stamps and
+// `clutter` (m) that ranges are off by beyond their noise, as where soft things move.
+struct Faults {
+  double jitter = 0, clutter = 0;
+};
+std::optional<SweepFinder::Found> found(double sweep, double seconds, double stated = 0,
+                                        const Faults& faults = {}) {
   SweepFinder finder;
   std::mt19937 rng(3);
   std::normal_distribution<double> noise(0, 0.01);
   for (int k = 0; k * kInterval < seconds; ++k) {
     const double t = k * kInterval;
     LaserScan scan;
-    scan.stamp = Timestamp::from_seconds(1000 + t);
+    scan.stamp = Timestamp::from_seconds(1000 + t + (k % 40 == 7 ? faults.jitter : 0));
     scan.angle_min = -2.1;
     scan.angle_increment = 4.2 / (kBeams - 1);
     scan.range_max = 20;
@@ -52,7 +57,8 @@ std::optional<SweepFinder::Found> found(double sweep, double seconds, double sta
       const double angle = scan.angle_min + i * scan.angle_increment +
                            heading_at(t + std::abs(sweep) + sweep * i / (kBeams - 1));
       const double range = range_in_room({0.3, -0.4}, {std::cos(angle), std::sin(angle)});
-      scan.ranges.push_back(static_cast<float>(range + noise(rng)));
+      const double off = i % 3 == k % 3 ? faults.clutter * (100 * noise(rng)) : 0;
+      scan.ranges.push_back(static_cast<float>(range + noise(rng) + off));
     }
     const double at = t + std::abs(sweep);
     Vector6d velocity = Vector6d::Zero();
@@ -66,9 +72,20 @@ TEST(SweepFinder, TellsSweepsOfEitherOrder) {
   for (const double sweep : {0.08, -0.05}) {
     const auto told = found(sweep, 20);
     ASSERT_TRUE(told) << sweep;
-    EXPECT_NEAR(told->sweep, sweep, 0.008);
-    EXPECT_LT(told->sigma, 0.008);
+    EXPECT_NEAR(told->sweep, sweep, 0.003);
+    EXPECT_LT(told->sigma, 0.003);
   }
+}
+
+// One stamp that comes close to the next does not make the scanner a fast one, and where most of
+// what scans are off by has other reasons the sweep is still told.
+TEST(SweepFinder, BadStampsAndClutterDoNotHideIt) {
+  for (const Faults& faults : {Faults{0.09, 0}, Faults{0, 0.04}}) {
+    const auto told = found(0.07, 30, 0, faults);
+    ASSERT_TRUE(told) << faults.jitter;
+    EXPECT_NEAR(told->sweep, 0.07, 0.006);
+  }
+  EXPECT_FALSE(found(0, 30, 0, {0.09, 0.04}));
 }
 
 TEST(SweepFinder, BeamsAtOnceStayAtOnce) { EXPECT_FALSE(found(0, 20)); }
