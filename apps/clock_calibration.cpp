@@ -265,9 +265,11 @@ bool correct_clocks(ClockOffsets& clocks, const OpenReclocked& open, const Setti
   const bool camera = open(clocks)->calibration().depth_camera.has_value();
   FoundClocks found = find_clocks(on_top, settings, sweep, distortion, ended);
   // Moved by less than from one odometry to the next, what it says at scans' stamps would be a
-  // guess.
+  // guess; and wheels that slip look late now and then.
+  constexpr double kKnown = 0.01;  // s, sigma
   if (!camera && found.scanner &&
-      std::abs(found.scanner->value - clocks.odometry) < found.odometry_interval)
+      (std::abs(found.scanner->value - clocks.odometry) < found.odometry_interval ||
+       found.scanner->sigma > kKnown))
     found.scanner.reset();
   const auto sigma = [](const std::optional<ClockOffset::Result>& one) {
     return one ? one->sigma : 0;

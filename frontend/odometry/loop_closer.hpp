@@ -30,7 +30,7 @@ struct LoopCloserOptions {
   double resolution = 0.1;                          ///< m a cell of the search grid
   int search_points = 350;                          ///< of the new submap, evenly thinned
   double min_score = 0.45;         ///< mean likelihood of the search's best, 0 to 1
-  double max_ambiguity = 0.9;      ///< second best elsewhere / best: above, several places look so
+  double max_ambiguity = 0.8;      ///< second best elsewhere / best: above, several places look so
   double min_matched = 0.45;       ///< after refinement: points that lie on the older map's lines
   double min_agreement = 0.85;     ///< views of points that do not contradict, both ways
   double agreement_margin = 0.25;  ///< m
