@@ -16,7 +16,7 @@ constexpr double kPieceWay = 1, kPieceTurn = 0.5;        // m, rad
 constexpr double kScanShift = 0.015, kScanTurn = 0.004;  // m, rad: of a piece's two ends by scans
 constexpr double kLeastTurn = 0.1;                       // rad of a piece: less is its noise
 constexpr double kGate = 3;                              // sigmas
-constexpr double kStandsOut = 16;                        // chi-squared of 3 dof
+constexpr double kStandsOut = 16, kAloneStandsOut = 9;   // chi-squared of 3 dof, of one
 
 Eigen::Vector3d first_sigmas() { return {kScale, kDrift, kTurnScale}; }
 
@@ -60,13 +60,20 @@ void WheelLearning::hear(double value, double sigma, const Eigen::Vector3d& grad
 }
 
 Increment WheelLearning::corrected(const Increment& by_wheels) const {
-  if (errors_.dot(covariance_.inverse() * errors_) < kStandsOut) return by_wheels;
+  const bool all = errors_.dot(covariance_.inverse() * errors_) >= kStandsOut;
+  Eigen::Vector3d used = Eigen::Vector3d::Zero();  // 1 or 0
+  for (int k = 0; k < 3; ++k) {
+    const bool alone = errors_(k) * errors_(k) >= kAloneStandsOut * covariance_(k, k);
+    used(k) = all || alone ? 1 : 0;
+  }
+  if (used.isZero()) return by_wheels;
   const SE3& T = by_wheels.T_from_to;
   const double way = T.translation().norm(), yaw = T.so3().yaw();
-  const Eigen::Vector3d turning(0, way, yaw);
-  const WheelErrors::Vector errors = WheelErrors::of(errors_(0), errors_(1), errors_(2));
+  const Eigen::Vector3d turning(0, used(1) * way, used(2) * yaw);
+  const Eigen::Vector3d e = used.cwiseProduct(errors_);
+  const WheelErrors::Vector errors = WheelErrors::of(e(0), e(1), e(2));
   Increment result{lamina::corrected(T, errors), by_wheels.covariance};
-  const Eigen::Vector3d along = std::sqrt(covariance_(0, 0)) * T.translation();
+  const Eigen::Vector3d along = used(0) * std::sqrt(covariance_(0, 0)) * T.translation();
   result.covariance.topLeftCorner<3, 3>() += along * along.transpose();
   result.covariance(5, 5) += turning.dot(covariance_ * turning);
   return result;
