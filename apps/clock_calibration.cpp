@@ -73,6 +73,7 @@ struct Wheels {
 // Odometry further apart than a delay says too little of what was between to be moved by that.
 constexpr double kSlowest = 0.15;      // s: few delays are longer
 constexpr std::size_t kCounted = 100;  // odometry, to know its interval by
+constexpr int kWithout = 50;           // scans before any odometry: there is none
 
 std::optional<ClockOffset::Result> by_scans(const Look& look, Wheels& wheels) {
   const auto recording = look.open();
@@ -86,6 +87,7 @@ std::optional<ClockOffset::Result> by_scans(const Look& look, Wheels& wheels) {
   std::optional<Timestamp> last;
   std::optional<SE3> T_body_lidar;
   bool one = true;
+  int without = 0;
   try {
     while (!look.ended()) {
       const auto measurement = recording->next_light();
@@ -96,6 +98,7 @@ std::optional<ClockOffset::Result> by_scans(const Look& look, Wheels& wheels) {
         return std::nullopt;
       const auto step = front_end.process(*measurement, aside);
       if (!step || !step->scan_motion) continue;
+      if (wheels.count == 0 && ++without >= kWithout) return std::nullopt;
       const SE3& T = std::get<LaserScan>(*measurement).lidar.T_body_lidar;
       if (!T_body_lidar) T_body_lidar = T;
       one = (T_body_lidar->inverse() * T).log().norm() < 1e-9;

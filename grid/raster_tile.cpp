@@ -216,16 +216,13 @@ void label_components(const RasterOptions& options, Tile& tile) {
   }
   // Roots come before their members: one pass numbers them.
   tile.components = 0;
-  tile.sizes.clear();
   for (std::size_t k = 0; k < tile.levels.size(); ++k) {
     const std::int32_t root = all.root(static_cast<std::int32_t>(k));
     if (static_cast<std::size_t>(root) == k) {
       tile.levels[k].component = tile.components++;
-      tile.sizes.push_back(0);
     } else {
       tile.levels[k].component = tile.levels[static_cast<std::size_t>(root)].component;
     }
-    ++tile.sizes[static_cast<std::size_t>(tile.levels[k].component)];
   }
 }
 

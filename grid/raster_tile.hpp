@@ -108,7 +108,6 @@ struct Tile {
   std::int32_t components = 0;
   std::vector<Vote> votes;                            ///< of the path, ascending by pose
   std::vector<char> reached;                          ///< of components
-  std::vector<std::int32_t> sizes;                    ///< of components, in levels
   std::vector<Link> right, above;                     ///< to the tiles there
   Tile *right_tile = nullptr, *above_tile = nullptr;  ///< where the links lead
   std::vector<Site> sites;                            ///< kCells or none

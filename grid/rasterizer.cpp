@@ -6,6 +6,7 @@
 #include <limits>
 
 #include <lamina/grid/raster_book.hpp>
+#include <lamina/grid/raster_floor.hpp>
 #include <lamina/models/error.hpp>
 
 namespace lamina {
@@ -41,14 +42,8 @@ struct Rasterizer::State {
   void lead(std::vector<std::int32_t>& asked);
   Leader leader(std::size_t seed) const;
   void reach();
-  float floor_height(const std::vector<Tile*>& floors, Components& all, std::int32_t floor) const;
   std::vector<char> voted(Components& all, std::size_t count) const;
   bool led_by_few() const;
-  std::vector<std::int64_t> sizes(const std::vector<Tile*>& floors, Components& all,
-                                  std::size_t count) const;
-  bool stands_over(const std::vector<Tile*>& floors, Components& all,
-                   const std::vector<char>& reached, std::int32_t floor,
-                   const std::vector<std::int64_t>& size) const;
   void spread(const std::vector<Tile*>& floors, Components& all, const std::vector<char>& reached);
   void choose_again(Tile& tile);
   void judge();
@@ -174,36 +169,6 @@ bool Rasterizer::State::led_by_few() const {
   return 2 * static_cast<std::size_t>(led) < leaders.size();
 }
 
-// Cells of the components, by root.
-std::vector<std::int64_t> Rasterizer::State::sizes(const std::vector<Tile*>& floors,
-                                                   Components& all, std::size_t count) const {
-  std::vector<std::int64_t> size(count, 0);
-  for (const Tile* tile : floors) {
-    for (std::int32_t k = 0; k < tile->components; ++k) {
-      size[static_cast<std::size_t>(all.root(tile->first_component + k))] +=
-          tile->sizes[static_cast<std::size_t>(k)];
-    }
-  }
-  return size;
-}
-
-// Tops of furniture at a carried camera's own height are no floor: what it is carried over is below
-// them and much larger.
-bool Rasterizer::State::stands_over(const std::vector<Tile*>& floors, Components& all,
-                                    const std::vector<char>& reached, std::int32_t floor,
-                                    const std::vector<std::int64_t>& size) const {
-  constexpr std::int64_t kMuchLarger = 4;
-  if (reached[static_cast<std::size_t>(floor)] != 0 || !led_by_few()) return false;
-  const float height = floor_height(floors, all, floor);
-  std::int64_t under_path = 0;
-  for (std::size_t k = 0; k < reached.size(); ++k) {
-    if (reached[k] == 0) continue;
-    under_path += size[k];
-    if (!(floor_height(floors, all, static_cast<std::int32_t>(k)) > height)) return false;
-  }
-  return size[static_cast<std::size_t>(floor)] > kMuchLarger * under_path;
-}
-
 // Components of all tiles, joined over their borders; those under the path are the robot's floor.
 // Where the path lies on no floor (a hand-held camera) it is the largest of all. Nothing changes
 // while the graph of components and those who lead to it are the same, and are most of the path.
@@ -242,13 +207,12 @@ void Rasterizer::State::reach() {
   float height = std::numeric_limits<float>::quiet_NaN();
   floor_under_path = std::find(reached.begin(), reached.end(), 1) != reached.end();
   if (count > 0 && (few || !floor_under_path)) {
-    const std::vector<std::int64_t> size = sizes(floors, all, static_cast<std::size_t>(count));
-    const auto floor =
-        static_cast<std::int32_t>(std::max_element(size.begin(), size.end()) - size.begin());
-    if (!floor_under_path || stands_over(floors, all, reached, floor, size)) {
+    const auto pieces = raster::floor_pieces(floors, all, static_cast<std::size_t>(count));
+    const std::size_t largest = raster::largest(pieces);
+    if (!floor_under_path || raster::carried_over(pieces, reached, largest)) {
       std::fill(reached.begin(), reached.end(), 0);
-      reached[static_cast<std::size_t>(floor)] = 1;
-      height = floor_height(floors, all, floor);
+      reached[largest] = 1;
+      height = static_cast<float>(pieces[largest].height());
       floor_under_path = false;
     }
   }
@@ -277,20 +241,6 @@ void Rasterizer::State::spread(const std::vector<Tile*>& floors, Components& all
 void Rasterizer::State::choose_again(Tile& tile) {
   if (!tile.waiting) book.marked.push_back(&tile);
   tile.waiting = tile.rechoose = true;
-}
-
-float Rasterizer::State::floor_height(const std::vector<Tile*>& floors, Components& all,
-                                      std::int32_t floor) const {
-  double sum = 0;
-  std::int64_t n = 0;
-  for (const Tile* tile : floors) {
-    for (const Level& level : tile->levels) {
-      if (all.root(tile->first_component + level.component) != floor) continue;
-      sum += static_cast<double>(level.surface.height);
-      ++n;
-    }
-  }
-  return static_cast<float>(sum / static_cast<double>(std::max<std::int64_t>(n, 1)));
 }
 
 void Rasterizer::State::write(const CellIndex& c, const NavigabilityCell& cell) {
