@@ -106,6 +106,52 @@ double parted(const Line& l, int border) {
   return l.first[low] + (l.either[high] - l.either[low]) + (l.second.back() - l.second[high]);
 }
 
+// A range of places, some of them looked at.
+struct Places {
+  int low, high, step;
+};
+
+// The least cost of a straight border, and where it crosses the first and the last of the lines.
+struct Border {
+  int first = 0, last = 0;
+  double cost = std::numeric_limits<double>::infinity();
+};
+Border best_border(const std::vector<Line>& lines, const Places& first, const Places& last) {
+  Border best;
+  const int at = lines.front().at, all = std::max(1, lines.back().at - at);
+  for (int p = first.low; p <= first.high; p += first.step) {
+    for (int q = last.low; q <= last.high; q += last.step) {
+      double sum = 0;
+      for (const Line& l : lines) {
+        const double share = static_cast<double>(l.at - at) / all;
+        sum += parted(l, static_cast<int>(std::lround(p + share * (q - p))));
+        if (sum >= best.cost) break;
+      }
+      if (sum < best.cost) best = {p, q, sum};
+    }
+  }
+  return best;
+}
+
+// All borders of narrow lines; of wide ones (stray pixels beside them) some, and all about the
+// best.
+double least_parted(const std::vector<Line>& lines) {
+  constexpr int kAll = 32;  // px
+  const auto places = [](const Line& l) {
+    const int low = l.begin - kBeyond, high = l.end + kBeyond;
+    return Places{low, high, 1 + (high - low) / kAll};
+  };
+  const auto about = [](const Places& coarse, int best) {
+    return Places{std::max(coarse.low, best - coarse.step),
+                  std::min(coarse.high, best + coarse.step), 1};
+  };
+  const Places first = places(lines.front()), last = places(lines.back());
+  const Border coarse = best_border(lines, first, last);
+  if (first.step == 1 && last.step == 1) return coarse.cost;
+  const Border fine = best_border(lines, about(first, coarse.first), about(last, coarse.last));
+  return std::min(coarse.cost, fine.cost);
+}
+
 }  // namespace
 
 EdgeEvidence edge_evidence(const DisparityImage& image, const DisparityGeometry& g,
@@ -133,22 +179,8 @@ EdgeEvidence edge_evidence(const DisparityImage& image, const DisparityGeometry&
       l.own += i < l.begin ? a : i >= l.end ? b : t.cost(l.at, i, regions[k].plane, variance);
     }
   }
-  // The straight line by where it crosses the first and the last of the lines.
-  double least = std::numeric_limits<double>::infinity();
-  const Line &one = lines.front(), &last = lines.back();
-  for (int p = one.begin - kBeyond; p <= one.end + kBeyond; ++p) {
-    for (int q = last.begin - kBeyond; q <= last.end + kBeyond; ++q) {
-      double sum = 0;
-      for (const Line& l : lines) {
-        const double share = static_cast<double>(l.at - one.at) / std::max(1, last.at - one.at);
-        sum += parted(l, static_cast<int>(std::lround(p + share * (q - p))));
-        if (sum >= least) break;
-      }
-      least = std::min(least, sum);
-    }
-  }
+  evidence.gain = least_parted(lines);
   evidence.lines = static_cast<int>(lines.size());
-  evidence.gain = least;
   for (const Line& l : lines) evidence.gain -= l.own;
   return evidence;
 }
