@@ -73,6 +73,7 @@ struct Wheels {
 // Odometry further apart than a delay says too little of what was between to be moved by that.
 constexpr double kSlowest = 0.15;      // s: few delays are longer
 constexpr std::size_t kCounted = 100;  // odometry, to know its interval by
+constexpr double kNears = 0.25;        // of the offset, left after the first step
 constexpr int kWithout = 50;           // scans before any odometry: there is none
 
 std::optional<ClockOffset::Result> by_scans(const Look& look, Wheels& wheels) {
@@ -225,7 +226,9 @@ FoundClocks find_clocks(const OpenReclocked& open, const Settings& settings,
   const auto add = [&](std::optional<ClockOffset::Result>& one,
                        const std::optional<ClockOffset::Result>& more) {
     if (!one) return;
-    const bool stays = more && !more->stands_out();
+    // Scans straightened by velocities of the wrong instant come to the right one step by step.
+    const bool nears = sweep && more && std::abs(more->value) < kNears * std::abs(one->value);
+    const bool stays = more && (nears || !more->stands_out());
     if (!stays) return one.reset();
     one->value = microseconds(one->value + more->value);
     one->sigma = more->sigma;

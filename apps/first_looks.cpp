@@ -39,12 +39,13 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
     input.recording = input.open_again();
     return corrected;
   };
-  // Velocities of another instant hide a sweep, and half of a sweep left in is an offset.
-  look_for_clocks();
-  look_for_sweep();
+  // Half of a sweep left in is an offset, and velocities of another instant hide a sweep.
   constexpr int kRounds = 3;
-  for (int round = 0; round < kRounds && sweep.found && look_for_clocks(); ++round)
+  look_for_sweep();
+  for (int round = 0; round < kRounds && look_for_clocks(); ++round) {
     look_for_sweep();
+    if (!sweep.found) break;
+  }
   if (sweep.found) {
     tell_sweep(*sweep.found, metrics);
     front_end.set_sweep(sweep.found->sweep);
