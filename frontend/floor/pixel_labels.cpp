@@ -17,7 +17,7 @@ namespace {
 
 using Candidates = PixelLabeller::Candidates;
 constexpr int kRow = PixelColumns::kRow;
-constexpr int kPasses = 6;
+constexpr int kPasses = 8;
 
 void fill_block(std::uint8_t* out, int stride, int width, int height, std::uint8_t mark) {
   std::uint8_t eight[8];
