@@ -148,7 +148,7 @@ double SweepFinder::coarse(double longest) const {
 
 // Gauss-Newton; the sigma by leaving out one group of pairs after the other.
 std::optional<SweepFinder::Found> SweepFinder::found() const {
-  if (pairs_.size() < kLeastPairs) return std::nullopt;
+  if (pairs_.size() < kLeastPairs || intervals_.empty()) return std::nullopt;
   const double longest = std::min(usual(intervals_), kLongest);
   Found result{coarse(longest), 0};
   std::vector<Pull> groups;

@@ -11,6 +11,12 @@ namespace {
 
 using namespace program;
 
+// Where recordings are that do not belong to the project.
+Path recordings() {
+  const char* set = std::getenv("LAMINA_DATA");
+  return set ? set : LAMINA_SOURCE_DIR "/../shared/data";
+}
+
 // A plane of a level scanner that tilts fits more lines the flatter it lies, all of them in the
 // end.
 void expect_upright_walls(const Path& log) {
@@ -33,9 +39,7 @@ TEST(RealLog, WallsThatComeBackToTheWindowStayUpright) {
 
 // Its player bears no second one beside it: a first look at the images must be over by then.
 TEST(RealLog, AllFramesOfAnOpenNiRecordingAreMapped) {
-  const char* set = std::getenv("LAMINA_DATA");
-  const Path data = set ? set : LAMINA_SOURCE_DIR "/../shared/data";
-  const Path recording = data / "openni_kinect" / "recording.oni";
+  const Path recording = recordings() / "openni_kinect" / "recording.oni";
   if (!std::filesystem::exists(recording)) GTEST_SKIP() << recording << " is absent";
   const Path map = scratch() / "oni";
   ASSERT_EQ(run({"map", recording, "--output", map, "--quiet"}), 0);
@@ -48,9 +52,7 @@ TEST(RealLog, AllFramesOfAnOpenNiRecordingAreMapped) {
 // A scanner of ten revolutions a second that looks 240 degrees around: 67 ms from the first beam to
 // the last, which the log does not say. Its wheels' stamps are early by more than a scan.
 TEST(RealLog, ASlowScannersSweepAndClockAreTold) {
-  const char* set = std::getenv("LAMINA_DATA");
-  const Path data = set ? set : LAMINA_SOURCE_DIR "/../shared/data";
-  const Path log = data / "mines_exp1" / "exp1.log";
+  const Path log = recordings() / "mines_exp1" / "exp1.log";
   if (!std::filesystem::exists(log)) GTEST_SKIP() << log << " is absent";
   const Path map = scratch() / "mines";
   ASSERT_EQ(run({"map", log, "--output", map, "--quiet"}), 0);
@@ -62,9 +64,7 @@ TEST(RealLog, ASlowScannersSweepAndClockAreTold) {
 // A cheap scanner, whose lines of one wall contradict each other by degrees; from a place on where
 // that had laid three walls flat.
 TEST(RealLog, WallsOfContradictingLinesStayUpright) {
-  const char* set = std::getenv("LAMINA_DATA");
-  const Path data = set ? set : LAMINA_SOURCE_DIR "/../shared/data";
-  const Path log = data / "mines_exp1" / "exp1.log";
+  const Path log = recordings() / "mines_exp1" / "exp1.log";
   if (!std::filesystem::exists(log)) GTEST_SKIP() << log << " is absent";
   std::ifstream in(log);
   const Path rest = scratch() / "rest.log";
