@@ -256,8 +256,11 @@ double noise_scale(const BlockImage& blocks, double disparity_sigma) {
 }
 
 double shared_variance(const BlockImage& blocks, double variance_of_mean, double model) {
-  constexpr int kStep = 6;
-  constexpr double kLargest = 0.15 * 0.15;
+  // Slow distortion goes with the angle: places as far apart in a small image would lie on
+  // different planes.
+  const double scale = blocks.columns * blocks.size / 640.0;
+  const int step = std::max(2, static_cast<int>(std::lround(scale * 48 / blocks.size)));
+  const double largest = std::pow(0.15 * std::min(scale, 1.0), 2);
   std::vector<float> differences(2 * blocks.blocks.size());
   std::size_t count = 0;
   const auto take = [&](const Block& a, const Block& b, const Block& c) {
@@ -266,11 +269,11 @@ double shared_variance(const BlockImage& blocks, double variance_of_mean, double
   for (int r = 0; r < blocks.rows; ++r) {
     for (int c = 0; c < blocks.columns; ++c) {
       if (!blocks.at(c, r).flat) continue;
-      if (c + 2 * kStep < blocks.columns) {
-        take(blocks.at(c, r), blocks.at(c + kStep, r), blocks.at(c + 2 * kStep, r));
+      if (c + 2 * step < blocks.columns) {
+        take(blocks.at(c, r), blocks.at(c + step, r), blocks.at(c + 2 * step, r));
       }
-      if (r + 2 * kStep < blocks.rows) {
-        take(blocks.at(c, r), blocks.at(c, r + kStep), blocks.at(c, r + 2 * kStep));
+      if (r + 2 * step < blocks.rows) {
+        take(blocks.at(c, r), blocks.at(c, r + step), blocks.at(c, r + 2 * step));
       }
     }
   }
@@ -280,7 +283,7 @@ double shared_variance(const BlockImage& blocks, double variance_of_mean, double
   const float quantile = nth_smallest(
       differences, static_cast<std::size_t>(0.3 * static_cast<double>(differences.size())));
   const double sigma = static_cast<double>(quantile) / 0.385;
-  return std::clamp(sigma * sigma / 6 - variance_of_mean, model, std::max(model, kLargest));
+  return std::clamp(sigma * sigma / 6 - variance_of_mean, model, std::max(model, largest));
 }
 
 bool is_outlier(const DisparityImage& image, int u, int v, float tolerance) {

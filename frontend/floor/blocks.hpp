@@ -87,9 +87,9 @@ void fill_blocks(const DisparityImage& image, const DisparityGeometry& g, int si
 double noise_scale(const BlockImage& blocks, double disparity_sigma);
 
 /// Variance (px^2) of what whole patches share, as the frame shows it: second differences of block
-/// means six blocks apart vanish on planes, whatever their slope; what the quieter ones leave
-/// beyond `variance_of_mean` is the sensor's slow distortion. Never below `model`, at most (0.15
-/// px)^2.
+/// means that far apart (three fortieths of the image's width) vanish on planes, whatever their
+/// slope; what the quieter ones leave beyond `variance_of_mean` is the sensor's slow distortion.
+/// Never below `model`, at most (0.15 px)^2, less in images of less than 640 columns.
 double shared_variance(const BlockImage& blocks, double variance_of_mean, double model);
 
 /// The local outlier test. A pixel is an outlier when its distance (in disparity) to what its

@@ -10,6 +10,7 @@ namespace {
 
 using testing::draw;
 using testing::floor_piece;
+using testing::Piece;
 using testing::test_camera;
 
 struct Blocks {
@@ -182,6 +183,41 @@ TEST(Noise, ScaleFollowsANoisierSensor) {
       loud(draw({floor_piece()}, camera, 3 * sigma));
   EXPECT_NEAR(noise_scale(quiet.blocks, sigma), 1, 0.1);
   EXPECT_NEAR(noise_scale(loud.blocks, sigma), 3, 0.4);
+}
+
+// A room's corner over a cupboard's: at a quarter of the pixels most places twelve blocks apart lie
+// on different planes. That is structure, not the sensor's slow distortion.
+TEST(Noise, ACornerSeenSmallIsNotTakenForDistortion) {
+  DepthCamera camera = test_camera(0.445, 1.535);
+  const SE3 T_body_camera = camera.camera.T_body_camera;
+  camera.camera = {320, 240, 267.5, 267.5, 159.5, 119.5, {}, T_body_camera};
+  camera.noise = DepthNoise::kinect(267.5);
+  const SE3 T_room_body(SO3::rot_z(0.536), {1.44, 1.53, 0});
+  std::vector<Piece> pieces;
+  const auto add = [&](const Eigen::Vector3d& n, double offset, const Eigen::AlignedBox3d& room) {
+    const Plane plane(T_room_body.so3().inverse() * n, offset - n.dot(T_room_body.translation()));
+    pieces.push_back(
+        {plane, [=](const Eigen::Vector3d& p) { return room.contains(T_room_body * p); }});
+  };
+  const Eigen::AlignedBox3d all(Eigen::Vector3d(-9, -9, -9), Eigen::Vector3d(9, 9, 9));
+  const auto add_box = [&](const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
+    const Eigen::Vector3d rim = Eigen::Vector3d::Constant(1e-6);
+    const Eigen::AlignedBox3d box(low - rim, high + rim);
+    add({0, 0, 1}, high.z(), box);
+    add({-1, 0, 0}, -low.x(), box);
+    add({0, -1, 0}, -low.y(), box);
+  };
+  add({0, 0, 1}, 0, all);
+  add({-1, 0, 0}, -6, all);
+  add({0, -1, 0}, -5, all);
+  add_box({2.5, 2.2, 0}, {3.5, 2.8, 0.7});
+  add_box({4.8, 4.0, 0}, {5.6, 4.6, 0.5});
+  const double sigma = camera.noise.disparity_sigma;
+  Blocks b(draw(pieces, camera, sigma));
+  remove_outliers(b.image, b.geometry, static_cast<float>(5 * sigma), static_cast<float>(sigma), 32,
+                  b.blocks);
+  const double model = std::pow(camera.noise.disparity_floor, 2);
+  EXPECT_LT(std::sqrt(shared_variance(b.blocks, sigma * sigma / 64, model)), 0.03);
 }
 
 }  // namespace
