@@ -17,7 +17,7 @@ namespace {
 
 using Candidates = PixelLabeller::Candidates;
 constexpr int kRow = PixelColumns::kRow;
-constexpr int kPasses = 8;
+constexpr int kPasses = 5, kAhead = 2;  // at kAhead planes go where their steps lead
 
 void fill_block(std::uint8_t* out, int stride, int width, int height, std::uint8_t mark) {
   std::uint8_t eight[8];
@@ -47,9 +47,10 @@ void PixelLabeller::label(const DisparityImage& image, const DisparityGeometry& 
   border_.clear();
   fill_inner(regions);
   moved_.assign(count, 1);
+  steps_.assign(count, DisparityPlane::Zero());
   for (int pass = 0; pass < kPasses && count > 0; ++pass) {
     if (!label_border(regions, pass == 0 ? 4.5F : 3.5F, pass > 0, pass > 0 ? 4 * sigma : 0)) break;
-    refit(regions, 0.15 * static_cast<double>(sigma));
+    refit(regions, 0.15 * static_cast<double>(sigma), pass == kAhead);
   }
 }
 

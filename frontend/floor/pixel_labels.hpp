@@ -68,7 +68,7 @@ class PixelLabeller {
   void account_changes(int block, const Window& w, const Candidates& near);
   DisparitySums sums_of(const Window& w, const Marks& marks, std::uint8_t mark,
                         const Eigen::Vector3f& plane) const;
-  void refit(PlaneRegions& regions, double least);
+  void refit(PlaneRegions& regions, double least, bool ahead);
 
   const DisparityImage* image_ = nullptr;
   const DisparityGeometry* geometry_ = nullptr;
@@ -77,7 +77,8 @@ class PixelLabeller {
   std::vector<DisparitySums> sums_;
   std::vector<Border> border_;
   std::vector<std::int16_t> majority_, inner_, across_;
-  std::vector<Cost> costs_;  ///< of the regions
+  std::vector<Cost> costs_;            ///< of the regions
+  std::vector<DisparityPlane> steps_;  ///< of the regions, at the last refit
   std::vector<std::uint8_t> moved_, scratch_;
   std::vector<std::uint8_t> old_marks_;  ///< of the window at hand, row by row
   float variance_ = 1;                   ///< px^2, of one pixel on a plane without slope

@@ -41,6 +41,18 @@ DisparitySums to_sums(const BlockSums& s, double u, double v, double d) {
   return sums.shifted(u, v, d);
 }
 
+// How many of its last steps a plane has yet to go, if each is the same share of the one before
+// (Aitken). None unless the last two go the same way.
+double way_left(const DisparitySums& sums, const DisparityPlane& before,
+                const DisparityPlane& last) {
+  constexpr double kMost = 3;
+  const double square = sums.mean_square(before);
+  const double product = (sums.mean_square(before + last) - sums.mean_square(before - last)) / 4;
+  const double share = product / square;
+  if (!(square > 0) || !(share > 0)) return 0;
+  return share < kMost / (1 + kMost) ? share / (1 - share) : kMost;
+}
+
 }  // namespace
 
 // Counts the pixels of each candidate, and notes which of them holds the block.
@@ -154,8 +166,9 @@ DisparitySums PixelLabeller::sums_of(const Window& w, const Marks& all, std::uin
   return total;
 }
 
-// Planes from their own pixels alone; marks those that moved by more than `least` px.
-void PixelLabeller::refit(PlaneRegions& regions, double least) {
+// Planes from their own pixels alone; marks those that moved by more than `least` px. Thin faces
+// creep, each pass by a share of what is left: `ahead` sends them there at once.
+void PixelLabeller::refit(PlaneRegions& regions, double least, bool ahead) {
   for (std::size_t k = 0; k < sums_.size(); ++k) {
     PlaneRegion& region = regions.regions()[k];
     region.sums = sums_[k];
@@ -163,10 +176,13 @@ void PixelLabeller::refit(PlaneRegions& regions, double least) {
     moved_[k] = 0;
     const auto fit = sums_[k].fit();
     if (!fit) continue;
+    const DisparityPlane step = *fit - region.plane;
     // A large plane is not bent by its border.
     const bool small = sums_[k].n < kSmallShare * static_cast<double>(image_->d.size());
-    moved_[k] = small && sums_[k].mean_square(*fit - region.plane) > least * least;
+    moved_[k] = small && sums_[k].mean_square(step) > least * least;
     region.plane = *fit;
+    if (ahead && moved_[k] != 0) region.plane += way_left(sums_[k], steps_[k], step) * step;
+    steps_[k] = step;
   }
 }
 

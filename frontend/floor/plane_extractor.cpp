@@ -72,7 +72,8 @@ void PlaneExtractor::drop_doubtful(float gate) {
       gather_evidence(image_, geometry_, pixel_labels_, regions_.regions(), kStep, gate);
   std::vector<bool> wanted;
   for (std::size_t k = 0; k < evidence.size(); ++k) {
-    wanted.push_back(is_surface(evidence[k], misfit(regions_.regions()[k], noise_)) &&
+    const bool left = regions_.regions()[k].sums.n >= 0.25 * options_.min_plane_px;
+    wanted.push_back(left && is_surface(evidence[k], misfit(regions_.regions()[k], noise_)) &&
                      !is_edge(k, evidence[k].across.length(), evidence[k].down.length()));
   }
   if (std::find(wanted.begin(), wanted.end(), false) == wanted.end()) return;
