@@ -68,7 +68,7 @@ MountingError error_of(const std::vector<PairedMotion>& pieces, const SE3& T_new
 }
 
 std::optional<MountingCorrection> by_travel(const MountingError& error) {
-  constexpr double kStandsOut = 3;             // sigmas
+  constexpr double kStandsOut = 3.5;           // sigmas
   constexpr double kLeast = 0.5 * M_PI / 180;  // wheels, too, are mounted no better
   const auto found = error.heading();
   if (!found || std::abs(found->value) < std::max(kLeast, kStandsOut * found->sigma))

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <lamina/frontend/odometry/planar.hpp>
@@ -17,6 +18,7 @@ constexpr double kPlacePrior = 0.03;                // m
 constexpr int kLeastTravelling = 20, kLeastTurning = 6;
 constexpr double kOutlier = 2.5;  // sigmas
 constexpr int kRounds = 6;
+constexpr std::size_t kStretches = 10;
 
 Eigen::Matrix2d rotation(double angle) { return PlanarPose{0, 0, angle}.rotation(); }
 
@@ -38,17 +40,24 @@ void MountingError::add(const PairedMotion& piece) {
 }
 
 MountingError::Estimate MountingError::estimate() const {
-  Estimate result{Eigen::Vector4d::Zero(), Eigen::Matrix4d::Identity()};
+  Estimate result;
   double sigma = 1e9;  // of a residual in its row's own sigmas
   for (int round = 0; round < kRounds; ++round) {
     Eigen::Matrix4d H = 1e-9 * Eigen::Matrix4d::Identity();
     Eigen::Vector4d b = Eigen::Vector4d::Zero();
-    for (const Row& row : rows_) {
-      if ((row.d - row.A * result.value).norm() > kOutlier * sigma * row.sigma) continue;
+    std::array<Eigen::Vector4d, kStretches> pulls;
+    pulls.fill(Eigen::Vector4d::Zero());
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      const Row& row = rows_[i];
+      const Eigen::Vector2d misfit = row.d - row.A * result.value;
+      if (misfit.norm() > kOutlier * sigma * row.sigma) continue;
       const double weight = 1 / (row.sigma * row.sigma);
       H += weight * row.A.transpose() * row.A;
       b += weight * row.A.transpose() * row.d;
+      pulls[i * kStretches / rows_.size()] += weight * row.A.transpose() * misfit;
     }
+    Eigen::Matrix4d H_slip = H;
+    H_slip.diagonal().tail<2>().array() += 1 / (kPlacePrior * kPlacePrior);
     if (round > 0) H.diagonal().tail<2>().array() += std::pow(sigma / kPlacePrior, 2);
     result.value = H.ldlt().solve(b);
     std::vector<double> misfits;
@@ -59,7 +68,12 @@ MountingError::Estimate MountingError::estimate() const {
     std::nth_element(misfits.begin(), middle, misfits.end());
     // The median length of two normal components is 1.1774 sigmas.
     sigma = std::max(1e-6, *middle / 1.1774);
-    result.covariance = sigma * sigma * H.inverse();
+    const Eigen::Matrix4d H_inverse = H.inverse();
+    result.covariance = sigma * sigma * H_inverse;
+    result.by_slip = H_slip.inverse();
+    Eigen::Matrix4d scatter = Eigen::Matrix4d::Zero();
+    for (const Eigen::Vector4d& pull : pulls) scatter += pull * pull.transpose();
+    result.by_stretches = H_inverse * scatter * H_inverse * kStretches / (kStretches - 1.0);
   }
   return result;
 }
@@ -67,7 +81,9 @@ MountingError::Estimate MountingError::estimate() const {
 std::optional<MountingError::Heading> MountingError::heading() const {
   if (travelling_ < kLeastTravelling) return std::nullopt;
   const Estimate found = estimate();
-  return Heading{found.value(0), std::sqrt(found.covariance(0, 0))};
+  const double variance =
+      std::max({found.covariance(0, 0), found.by_stretches(0, 0), found.by_slip(0, 0)});
+  return Heading{found.value(0), std::sqrt(variance)};
 }
 
 std::optional<MountingError::Place> MountingError::place() const {

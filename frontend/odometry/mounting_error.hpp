@@ -21,8 +21,11 @@ class MountingError {
  public:
   void add(const PairedMotion& piece);
 
+  /// psi (rad): to be taken off the stated heading. Sigma is the largest of what the residuals of
+  /// single pieces make it, of what ten stretches of way do (slips are no white noise), and of what
+  /// a slip of 0.02 m per sqrt(m) does (few pieces may agree by chance).
   struct Heading {
-    double value = 0, sigma = 0;  ///< psi (rad): to be taken off the stated heading
+    double value = 0, sigma = 0;
   };
   struct Place {
     Eigen::Vector2d value = Eigen::Vector2d::Zero();  ///< c: to be taken off the stated place
@@ -40,8 +43,9 @@ class MountingError {
     double sigma;  // m, of each component: relative to other pieces
   };
   struct Estimate {
-    Eigen::Vector4d value;
-    Eigen::Matrix4d covariance;
+    Eigen::Vector4d value = Eigen::Vector4d::Zero();
+    // Its covariance, from the residuals of pieces; from those of stretches; from the usual slip.
+    Eigen::Matrix4d covariance, by_stretches, by_slip;
   };
   Estimate estimate() const;
 

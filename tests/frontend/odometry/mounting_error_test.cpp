@@ -38,7 +38,7 @@ TEST(MountingError, HeadingAndPlaceAreFoundTogether) {
   const auto heading = error.heading();
   const auto place = error.place();
   ASSERT_TRUE(heading && place);
-  EXPECT_LT(heading->sigma, 0.1 * kDegree);
+  EXPECT_LT(heading->sigma, 0.12 * kDegree);
   EXPECT_NEAR(heading->value, 2 * kDegree, 3.5 * heading->sigma);
   const Eigen::Vector2d off = place->value - Eigen::Vector2d(0.02, -0.015);
   EXPECT_LT(off.norm(), 0.005);
@@ -65,6 +65,30 @@ TEST(MountingError, StraightWaysTellTheHeadingAndNoPlace) {
   EXPECT_FALSE(error.place());
   ASSERT_TRUE(error.heading());
   EXPECT_NEAR(error.heading()->value, 2 * kDegree, 3.5 * error.heading()->sigma);
+}
+
+// Wheels that slip sideways in a few stretches of a short way, all else quiet: chance, which way.
+TEST(MountingError, AFewSlipsOfAShortWayAreNoHeading) {
+  int stands_out = 0;
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal(0, 1);
+    MountingError error;
+    double slip = 0;
+    for (int i = 0; i < 33; ++i) {
+      if (i % 4 == 0) slip = 0.012 * normal(random);
+      const double yaw = i % 4 == 3 ? 0.6 : 0.0;
+      PairedMotion piece;
+      piece.way = 0.5;
+      piece.scans = SE3::planar(0.5, 0, yaw);
+      piece.wheels = SE3::planar(0.5 + 0.005 * normal(random), slip + 0.005 * normal(random),
+                                 yaw * (1 + 0.05 * normal(random)));
+      error.add(piece);
+    }
+    ASSERT_TRUE(error.heading());
+    stands_out += std::abs(error.heading()->value) > 3.5 * error.heading()->sigma;
+  }
+  EXPECT_LE(stands_out, 1);
 }
 
 TEST(MountingError, FewPiecesTellNothing) {
