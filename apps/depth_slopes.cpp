@@ -99,6 +99,7 @@ std::optional<DepthErrors> depth_errors_of(const std::vector<Step>& steps,
 
 std::optional<DepthDistortion> find_depth_slopes(Recording& recording, const Settings& settings,
                                                  const DepthDistortion& distortion,
+                                                 const std::optional<TiltedStart>& start,
                                                  io::Metrics& metrics,
                                                  const std::function<bool()>& ended) {
   constexpr std::size_t kMost = 600, kLeast = 30;  // images
@@ -109,6 +110,7 @@ std::optional<DepthDistortion> find_depth_slopes(Recording& recording, const Set
   if (!recording.calibration().odometry.planar) return std::nullopt;
   FrontEnd front_end(settings, recording.calibration());
   front_end.correct_depth(distortion);
+  if (start) front_end.begin_tilted(*start);
   io::Metrics aside;
   std::vector<Step> steps;
   std::optional<DepthFrame> first;

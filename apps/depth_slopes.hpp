@@ -24,9 +24,10 @@ std::optional<DepthErrors> depth_errors_of(const std::vector<Step>& steps,
 /// A look over the first minutes of a recording whose wheels and depth camera tell it:
 /// `distortion`, which is taken out of images, with the slopes they have beside it. Scans are
 /// passed over. Slopes that do not stand out are held to the size that `distortion` makes likely;
-/// nullopt where it is none either, or there are no wheels.
+/// nullopt where it is none either, or there are no wheels. `start`: find_tilted_start().
 std::optional<DepthDistortion> find_depth_slopes(Recording& recording, const Settings& settings,
                                                  const DepthDistortion& distortion,
+                                                 const std::optional<TiltedStart>& start,
                                                  io::Metrics& metrics,
                                                  const std::function<bool()>& ended);
 

@@ -4,6 +4,7 @@
 #include <lamina/apps/calibration.hpp>
 #include <lamina/apps/depth_calibration.hpp>
 #include <lamina/apps/depth_slopes.hpp>
+#include <lamina/apps/start_calibration.hpp>
 
 namespace lamina::apps {
 
@@ -11,6 +12,7 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
   const Settings& settings = input.settings;
   io::Metrics& metrics = input.metrics;
   const bool depth = input.recording->calibration().depth_camera.has_value();
+  const bool planar = input.recording->calibration().odometry.planar;
   const auto look = [&](const char* stage, const auto& at) {
     const auto timer = metrics.time(stage);
     at(*input.recording);
@@ -50,12 +52,29 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
     tell_sweep(*sweep.found, metrics);
     front_end.set_sweep(sweep.found->sweep);
   }
+  std::optional<TiltedStart> start;
+  const auto look_at_start = [&] {
+    if (!settings.floor.self_calibrate || !depth || !planar) return;
+    WheelTrack wheels(input.recording->calibration().odometry);
+    look("tilted_start", [&](Recording& all) { wheels = all_wheels(all, input.ended); });
+    look("tilted_start", [&](Recording& all) {
+      start =
+          find_tilted_start(all, wheels, settings.floor, front_end.depth_distortion(), input.ended);
+    });
+  };
+  look_at_start();
   if (settings.calibrate_depth && settings.calibrate_wheels && depth) {
     look("depth_slopes", [&](Recording& all) {
-      auto with_slopes =
-          find_depth_slopes(all, settings, front_end.depth_distortion(), metrics, input.ended);
-      if (with_slopes) front_end.correct_depth(std::move(*with_slopes));
+      auto with_slopes = find_depth_slopes(all, settings, front_end.depth_distortion(), start,
+                                           metrics, input.ended);
+      if (!with_slopes) return;
+      front_end.correct_depth(std::move(*with_slopes));
     });
+    if (start) look_at_start();  // slopes turn floors
+  }
+  if (start) {
+    tell_start(*start, metrics);
+    front_end.begin_tilted(*start);
   }
   if (sweep.found || sweep.stated) {
     look("scanner_sweep",

@@ -46,6 +46,11 @@ FrontEnd::FrontEnd(const Settings& settings, const Calibration& calibration)
       max_tilt_(settings.scan_odometry.max_tilt),
       sweep_(settings.sweep) {}
 
+void FrontEnd::begin_tilted(const TiltedStart& start) {
+  floor_.begin(start.T_body_camera, start.usual);
+  T_level_start_ = start.T_level_body();
+}
+
 std::optional<Step> FrontEnd::process(const Measurement& measurement, io::Metrics& metrics) {
   if (const auto* odometry = std::get_if<Odometry>(&measurement)) {
     wheels_.add(*odometry);
@@ -108,12 +113,19 @@ std::optional<Increment> FrontEnd::less_lawful_errors(
   return measured && planar_ ? learned_.corrected(*measured) : measured;
 }
 
+// Where up is at the start: along the body, unless that is known to stand tilted.
+Eigen::Vector3d FrontEnd::up_map() const {
+  const SO3& R = first_step_->so3();
+  return (T_level_start_ ? R * T_level_start_->so3().inverse() : R) * Eigen::Vector3d::UnitZ();
+}
+
 // A body on wheels stands on it; one whose scanner is all that tells its motion is taken to move
 // level, too. A single image that gave the first pose is not good enough.
 std::optional<Plane> FrontEnd::first_floor_map() {
   if (!first_floor_map_ && first_step_ && (wheels_met_ ? planar_ : last_scan_.has_value())) {
-    const Eigen::Vector3d up = first_step_->so3() * Eigen::Vector3d::UnitZ();
-    first_floor_map_ = Plane(up, up.dot(first_step_->translation()));
+    const SE3 T_map_start =
+        T_level_start_ ? *first_step_ * T_level_start_->inverse() : *first_step_;
+    first_floor_map_ = Plane(up_map(), up_map().dot(T_map_start.translation()));
   }
   return first_floor_map_;
 }

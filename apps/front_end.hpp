@@ -11,6 +11,7 @@
 #include <lamina/apps/wheel_track.hpp>
 #include <lamina/frontend/floor/depth_distortion.hpp>
 #include <lamina/frontend/floor/floor_frontend.hpp>
+#include <lamina/frontend/floor/tilted_start.hpp>
 #include <lamina/frontend/observation.hpp>
 #include <lamina/frontend/obstacles/obstacle_scanner.hpp>
 #include <lamina/frontend/odometry/scan_odometry.hpp>
@@ -64,6 +65,8 @@ class FrontEnd {
   std::optional<Step> process(const Measurement& measurement, io::Metrics& metrics);
   /// What is taken out of every depth image from now on.
   void correct_depth(DepthDistortion distortion) { distortion_ = std::move(distortion); }
+  /// The body stands tilted where the recording begins; before the first measurement.
+  void begin_tilted(const TiltedStart& start);
   /// How a level scanner's mounting is wrong; before the first scan.
   void correct_level_scanner(const MountingCorrection& correction) { level_scanner_ = correction; }
   /// s, of scans that do not say; before the first scan.
@@ -97,16 +100,17 @@ class FrontEnd {
   template <class A>
   friend void fields(A& a, FrontEnd& v) {
     // All members by name: one more, and this no longer compiles until it is decided here.
-    auto& [distortion, level_scanner, planar, depth_seen, first_step, first_floor_map,
-           levelled_by_image, wheels, wheels_ahead, learned, met, floor, obstacles, images,
-           segments, scan_odometry, max_tilt, sweep, T_start_body, last_step, last_told, last_scan,
-           T_start_scan_body, since_scan, scan_step, scan_interval, last_image, T_start_image,
-           image_velocity, skipped, ground_returns, last_slope, last_two_slopes, slopes_seen,
-           since_image, lifted_since_scan, ever_lifted, follow_slopes, images_beside_wheels,
-           sweep_watch] = v;
+    auto& [distortion, T_level_start, level_scanner, planar, depth_seen, first_step,
+           first_floor_map, levelled_by_image, wheels, wheels_ahead, learned, met, floor, obstacles,
+           images, segments, scan_odometry, max_tilt, sweep, T_start_body, last_step, last_told,
+           last_scan, T_start_scan_body, since_scan, scan_step, scan_interval, last_image,
+           T_start_image, image_velocity, skipped, ground_returns, last_slope, last_two_slopes,
+           slopes_seen, since_image, lifted_since_scan, ever_lifted, follow_slopes,
+           images_beside_wheels, sweep_watch] = v;
     static_cast<void>(follow_slopes);         // of the mode
     static_cast<void>(images_beside_wheels);  // likewise
     static_cast<void>(distortion);            // of the recording, before it is mapped
+    static_cast<void>(T_level_start);         // likewise
     static_cast<void>(level_scanner);         // likewise
     static_cast<void>(planar);                // of the calibration
     static_cast<void>(max_tilt);              // of the settings
@@ -159,6 +163,7 @@ class FrontEnd {
   Increment advance(const SE3& T_start_body, const Matrix6d& covariance, Timestamp stamp);
   SE3 dead_reckoned(Timestamp stamp) const;
   Increment coast(Timestamp stamp) const;
+  Eigen::Vector3d up_map() const;
   std::optional<Plane> first_floor_map();
   Matrix6d held_level(Matrix6d covariance) const;
   Matrix6d held_to_floor(Matrix6d covariance) const;
@@ -177,6 +182,7 @@ class FrontEnd {
   std::optional<Increment> driven(const std::optional<Timestamp>& from, Timestamp to) const;
 
   DepthDistortion distortion_;            // taken out of depth images
+  std::optional<SE3> T_level_start_;      // how the body stands at first, where it is tilted
   MountingCorrection level_scanner_;      // how level scanners' mounting is wrong
   bool planar_;                           // the robot stands on a floor
   bool depth_seen_ = false;               // and something sees that floor

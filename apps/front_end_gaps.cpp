@@ -14,7 +14,10 @@ constexpr double kSurelyCoasted = 1;  // s: after that a robot that nothing trac
 // Where the chain of motions stands at a stamp by wheels alone. The map frame is the odometry
 // frame: the first pose is the first odometry pose, also where that comes a little later.
 SE3 FrontEnd::dead_reckoned(Timestamp stamp) const {
-  if (!last_step_) return wheels_.at(stamp).value_or(wheels_.empty() ? SE3() : wheels_.oldest());
+  if (!last_step_) {
+    const SE3 T = wheels_.at(stamp).value_or(wheels_.empty() ? SE3() : wheels_.oldest());
+    return T_level_start_ ? T * *T_level_start_ : T;
+  }
   const auto moved = wheels_.between(*last_step_, stamp);
   return moved ? T_start_body_ * moved->T_from_to : T_start_body_;
 }

@@ -41,7 +41,12 @@ void FrontEnd::keep_slopes_in_mind(Timestamp stamp, const Increment& moved) {
 }
 
 // A floor that is off where the ground slopes is no knocked camera, however long it is looked at.
+// Nor is one where the body is known to stand tilted: until its wheels are off that.
 bool FrontEnd::may_be_knocked(Timestamp stamp) const {
+  constexpr double kOff = 1;  // m
+  if (T_level_start_ &&
+      (!first_step_ || (first_step_->inverse() * T_start_body_).translation().norm() < kOff))
+    return false;
   return !last_two_slopes_ || !(stamp - *last_two_slopes_ < kSlopeTime);
 }
 
@@ -83,8 +88,7 @@ Increment FrontEnd::off_plane(const DepthFrame& frame, const Step& step, const I
 void FrontEnd::point_up(Step& step) {
   ever_lifted_ = ever_lifted_ || lifted_since_scan_.has_value();
   if (!ever_lifted_) return;
-  const Eigen::Vector3d up = first_step_->so3() * Eigen::Vector3d::UnitZ();
-  step.observations.up_body = T_start_body_.so3().inverse() * up;
+  step.observations.up_body = T_start_body_.so3().inverse() * up_map();
 }
 
 }  // namespace lamina::apps

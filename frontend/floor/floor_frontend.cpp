@@ -144,6 +144,10 @@ const DisparityImage& FloorFrontend::disparities() const { return state_->extrac
 
 const FloorOptions& FloorFrontend::options() const { return state_->options; }
 
+void FloorFrontend::begin(const SE3& T_body_camera_calibrated, const Leveling& mounting) {
+  state_->judge.begin(T_body_camera_calibrated, mounting);
+}
+
 void FloorFrontend::believe_knocks(bool believed) { state_->judge.believe_knocks(believed); }
 
 void FloorFrontend::save(ArchiveWriter& archive) const { archive(state_->judge); }

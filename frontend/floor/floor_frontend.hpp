@@ -5,6 +5,7 @@
 
 #include <lamina/frontend/floor/floor_options.hpp>
 #include <lamina/frontend/floor/floor_result.hpp>
+#include <lamina/frontend/floor/leveling.hpp>
 #include <lamina/sensors/depth_frame.hpp>
 #include <lamina/sensors/measurement.hpp>
 
@@ -32,6 +33,8 @@ class FloorFrontend {
   FloorResult process(const DepthFrame& frame);
   FloorResult process(const CloudFrame& frame);
 
+  /// How the camera is mounted, where that is known before the first frame.
+  void begin(const SE3& T_body_camera_calibrated, const Leveling& mounting);
   /// False where the ground slopes: a floor that is off there is no knocked camera. For the frames
   /// to come.
   void believe_knocks(bool believed);

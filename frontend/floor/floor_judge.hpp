@@ -18,6 +18,10 @@ class FloorJudge {
   /// plane_body, slope, height and kind.
   void judge(const SE3& T_body_camera_calibrated, double frame_pixels, FloorResult& result);
 
+  /// MountingTracker::begin(), before the first frame.
+  void begin(const SE3& T_body_camera_calibrated, const Leveling& mounting) {
+    tracker_.begin(T_body_camera_calibrated, mounting);
+  }
   /// MountingTracker::believe_knocks(), for the frames to come.
   void believe_knocks(bool believed) { tracker_.believe_knocks(believed); }
 

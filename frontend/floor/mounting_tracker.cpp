@@ -24,6 +24,15 @@ Eigen::Matrix3d measurement_noise(const Eigen::Matrix3d& covariance) {
 
 }  // namespace
 
+void MountingTracker::begin(const SE3& T_calibrated, const Leveling& mounting) {
+  constexpr double kTilt = 0.2 * kDegree, kHeight = 0.01;  // 1-sigma: ground is no better a level
+  state_ = {mounting.roll, mounting.pitch, mounting.height};
+  P_ = Eigen::Vector3d(kTilt, kTilt, kHeight).cwiseAbs2().asDiagonal();
+  reported_ = state_;
+  estimate_.frames = 1;
+  publish(T_calibrated);
+}
+
 void MountingTracker::update(const SE3& T_calibrated, const Plane& floor_camera,
                              const Eigen::Matrix3d& covariance) {
   const Leveling l = leveling_of(T_calibrated, floor_camera);

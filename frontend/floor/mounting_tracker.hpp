@@ -19,6 +19,8 @@ class MountingTracker {
  public:
   explicit MountingTracker(const FloorOptions& options) : options_(options) {}
 
+  /// The mounting as more than one frame knows it, to some tenths of a degree: where to begin.
+  void begin(const SE3& T_body_camera_calibrated, const Leveling& mounting);
   /// Takes one frame's floor. `covariance` of its plane in Plane's tangent (tilt, tilt, rho).
   void update(const SE3& T_body_camera_calibrated, const Plane& floor_camera,
               const Eigen::Matrix3d& covariance);

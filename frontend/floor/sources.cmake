@@ -5,4 +5,4 @@ list(APPEND LAMINA_FRONTEND_SOURCES
   floor/mounting_tracker.cpp floor/outlines.cpp floor/pixel_labels.cpp floor/plane_angles.cpp
   floor/pixel_sums.cpp floor/plane_evidence.cpp floor/edge_evidence.cpp
   floor/plane_extractor.cpp floor/plane_merging.cpp floor/plane_regions.cpp
-  floor/recursive_ransac.cpp floor/sections.cpp floor/surfels.cpp)
+  floor/recursive_ransac.cpp floor/sections.cpp floor/surfels.cpp floor/tilted_start.cpp)

@@ -88,7 +88,7 @@ class ImagesAlone final : public Recording {
 TEST(DepthSlopes, AreNotSoughtWithoutWheels) {
   ImagesAlone recording;
   io::Metrics metrics;
-  EXPECT_FALSE(find_depth_slopes(recording, {}, {}, metrics, [] { return false; }));
+  EXPECT_FALSE(find_depth_slopes(recording, {}, {}, {}, metrics, [] { return false; }));
   EXPECT_LE(recording.given, 31);
   EXPECT_TRUE(metrics.counts.empty());
 }
