@@ -11,6 +11,7 @@
 #include <lamina/apps/wheel_track.hpp>
 #include <lamina/frontend/floor/depth_distortion.hpp>
 #include <lamina/frontend/floor/floor_frontend.hpp>
+#include <lamina/frontend/floor/knock_watch.hpp>
 #include <lamina/frontend/floor/tilted_start.hpp>
 #include <lamina/frontend/observation.hpp>
 #include <lamina/frontend/obstacles/obstacle_scanner.hpp>
@@ -105,7 +106,7 @@ class FrontEnd {
            images, segments, scan_odometry, max_tilt, sweep, T_start_body, last_step, last_told,
            last_scan, T_start_scan_body, since_scan, scan_step, scan_interval, last_image,
            T_start_image, image_velocity, skipped, ground_returns, last_slope, last_two_slopes,
-           slopes_seen, since_image, lifted_since_scan, ever_lifted, follow_slopes,
+           slopes_seen, knocks, since_image, lifted_since_scan, ever_lifted, follow_slopes,
            images_beside_wheels, sweep_watch] = v;
     static_cast<void>(follow_slopes);         // of the mode
     static_cast<void>(images_beside_wheels);  // likewise
@@ -119,8 +120,8 @@ class FrontEnd {
     a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, learned, met, images,
       segments, scan_odometry, T_start_body, last_step, last_told, last_scan, T_start_scan_body,
       since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns,
-      last_slope, last_two_slopes, slopes_seen, since_image, lifted_since_scan, ever_lifted, sweep,
-      sweep_watch);
+      last_slope, last_two_slopes, slopes_seen, knocks, since_image, lifted_since_scan, ever_lifted,
+      sweep, sweep_watch);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -169,7 +170,7 @@ class FrontEnd {
   Matrix6d held_to_floor(Matrix6d covariance) const;
   void look_for_slopes(const FloorResult& floor);
   bool slopes_of_late(Timestamp stamp) const;
-  bool may_be_knocked(Timestamp stamp) const;
+  bool may_be_knocked(Timestamp stamp);
   void keep_slopes_in_mind(Timestamp stamp, const Increment& moved);
   static Increment tilting(Increment increment);
   /// What `moved` lacks where the ground changes its slope, by the image.
@@ -214,6 +215,7 @@ class FrontEnd {
   std::optional<Timestamp> last_slope_;       // when a camera last saw the ground change its slope
   std::optional<Timestamp> last_two_slopes_;  // likewise, two of them in one image
   std::int64_t slopes_seen_ = 0;
+  KnockWatch knocks_;
   Matrix6d since_image_ = Matrix6d::Zero();  // covariance of the way from the last image
   std::optional<SE3> lifted_since_scan_;     // what images added to what lies in the plane
   bool ever_lifted_ = false;

@@ -42,8 +42,10 @@ void FrontEnd::keep_slopes_in_mind(Timestamp stamp, const Increment& moved) {
 
 // A floor that is off where the ground slopes is no knocked camera, however long it is looked at.
 // Nor is one where the body is known to stand tilted: until its wheels are off that.
-bool FrontEnd::may_be_knocked(Timestamp stamp) const {
-  constexpr double kOff = 1;  // m
+bool FrontEnd::may_be_knocked(Timestamp stamp) {
+  const bool may_be = knocks_.may_be(floor_.floor_off(), T_start_body_);
+  if (wheels_met_ && !may_be) return false;  // else there is no telling how far it came
+  constexpr double kOff = 1;                 // m
   if (T_level_start_ &&
       (!first_step_ || (first_step_->inverse() * T_start_body_).translation().norm() < kOff))
     return false;

@@ -38,6 +38,8 @@ class FloorFrontend {
   /// False where the ground slopes: a floor that is off there is no knocked camera. For the frames
   /// to come.
   void believe_knocks(bool believed);
+  /// The last floor was not what the tracked mounting expects.
+  bool floor_off() const;
 
   /// Of the last depth frame (frontend/floor/blocks.hpp): ObstacleScanner need not make them again.
   const DisparityImage& disparities() const;

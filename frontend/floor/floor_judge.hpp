@@ -22,6 +22,8 @@ class FloorJudge {
   void begin(const SE3& T_body_camera_calibrated, const Leveling& mounting) {
     tracker_.begin(T_body_camera_calibrated, mounting);
   }
+  /// MountingTracker::off().
+  bool off() const { return tracker_.off(); }
   /// MountingTracker::believe_knocks(), for the frames to come.
   void believe_knocks(bool believed) { tracker_.believe_knocks(believed); }
 

@@ -31,6 +31,8 @@ class MountingTracker {
   void skip(const SE3& T_body_camera_calibrated);
   const MountingEstimate& estimate() const { return estimate_; }
   bool started() const { return estimate_.frames > 0; }
+  /// The last floor was set aside.
+  bool off() const { return !aside_.empty(); }
 
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>

@@ -11,7 +11,7 @@ constexpr double kDegree = M_PI / 180;
 constexpr double kStill = 0.05;           // m: the body has hardly moved yet
 constexpr double kOff = 1, kDecided = 2;  // m: wheels are off an edge by then; the start is over
 constexpr double kPlace = 0.1;            // m from one place to the next
-constexpr double kAlike = 0.5 * kDegree, kTilted = 1.5 * kDegree;
+constexpr double kAlike = 0.5 * kDegree, kTilted = 0.8 * kDegree;
 constexpr std::size_t kLeastPlaces = 20;
 constexpr double kMost = 0.5, kFew = 0.25;  // of the places
 

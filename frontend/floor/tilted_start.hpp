@@ -31,7 +31,7 @@ class StartWatch {
   bool wants_more() const { return state_ != State::kUsual; }
   /// The start is over: what comes is asked only how the camera is mounted usually.
   bool past_start() const { return state_ == State::kTilted; }
-  /// Where the first floors are off by more than 1.5 deg from what more than half of the places
+  /// Where the first floors are off by more than 0.8 deg from what more than half of the places
   /// further on agree on (to 0.5 deg), and fewer than a quarter of them look like the first: a
   /// camera that is knocked later, ground that is uneven all over, or a ramp that is seen for long
   /// do not pass.
