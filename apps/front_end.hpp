@@ -14,6 +14,7 @@
 #include <lamina/frontend/floor/knock_watch.hpp>
 #include <lamina/frontend/floor/tilted_start.hpp>
 #include <lamina/frontend/observation.hpp>
+#include <lamina/frontend/obstacles/depth_looker.hpp>
 #include <lamina/frontend/obstacles/obstacle_scanner.hpp>
 #include <lamina/frontend/odometry/scan_odometry.hpp>
 #include <lamina/frontend/odometry/sweep_watch.hpp>
@@ -44,6 +45,7 @@ struct Step {
   std::optional<ObstacleScan> obstacles;  ///< from depth: levelled frame of this instant
   SE3 T_body_levelled;                    ///< that frame in the body
   std::optional<GroundLook> ground;       ///< from depth, in that frame
+  std::optional<DepthLook> sight;         ///< from depth, in the sensor's frame
 };
 
 /// T_map_body of a body that sees this floor: floor at z = 0, origin above (0, 0), x of the map

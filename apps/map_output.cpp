@@ -95,7 +95,8 @@ MapOutput::MapOutput(std::filesystem::path folder, const Settings& settings)
       settings_(settings),
       scans_(folder_),
       rims_(folder_),
-      ground_(folder_) {}
+      ground_(folder_),
+      sights_(folder_) {}
 
 void MapOutput::keep(const io::KeptScan& scan) {
   ArchiveWriter archive;
@@ -122,6 +123,8 @@ void MapOutput::add(const Step& step, const AddResult& added) {
   if (step.scan) keep({*step.scan, false});
   if (step.obstacles) add_obstacles(*step.obstacles, step.T_body_levelled);
   if (step.ground) ground_.add(step.observations.stamp, *step.ground, step.T_body_levelled);
+  if (step.sight)
+    sights_.add(step.observations.stamp, *step.sight, step.observations.T_body_sensor);
 }
 
 // How far images in a row, or scans, left a direction of their motion open.
@@ -166,6 +169,7 @@ void MapOutput::take(const io::Session& session) {
   for (const io::KeptScan& scan : session.scans) keep(scan);
   rims_.take(session.rims);
   ground_.take(session.ground);
+  sights_.take(session.sights);
   metrics.counts = session.counts;
   metrics.skipped = session.skipped;
 }
@@ -315,7 +319,8 @@ void MapOutput::write_session(const Mapper& mapper, const Trajectory& trajectory
   session.before = before_;
   session.counts = metrics.counts;
   session.skipped = metrics.skipped;
-  io::write_session(folder_ / "session.lamina", session, scans_, rims_.seen(), ground_.seen());
+  io::write_session(folder_ / "session.lamina", session,
+                    {scans_, rims_.seen(), ground_.seen(), sights_.seen()});
 }
 
 Trajectory MapOutput::at_recorded_stamps(const Trajectory& trajectory) const {
@@ -332,6 +337,11 @@ void MapOutput::write(const Mapper& mapper, bool online) {
   const Trajectory trajectory = online ? mapper.online_trajectory() : mapper.trajectory();
   const std::vector<EdgePoint> rims = rims_.rims(trajectory, settings_.grid_resolution);
   map.edges.insert(map.edges.end(), rims.begin(), rims.end());
+  {
+    const auto timer = metrics.time("sights");
+    sights_.withdraw(map, trajectory, settings_.grid_resolution,
+                     [this](const auto& take) { for_each_scan(take); });
+  }
   {
     const auto timer = metrics.time("write");
     io::write_trajectory(folder_ / "trajectory.txt", at_recorded_stamps(trajectory));

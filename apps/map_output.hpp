@@ -13,6 +13,7 @@
 #include <lamina/apps/ground_votes.hpp>
 #include <lamina/apps/rim_votes.hpp>
 #include <lamina/apps/settings.hpp>
+#include <lamina/apps/sight_votes.hpp>
 #include <lamina/apps/window_log.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/io/metrics.hpp>
@@ -68,6 +69,7 @@ class MapOutput {
   io::Spool scans_;                     // io::KeptScan, for scans.csv and the occupancy grid
   RimVotes rims_;
   GroundVotes ground_;
+  SightVotes sights_;
   void write_scans(const Trajectory& trajectory) const;
   Trajectory at_recorded_stamps(const Trajectory& trajectory) const;
   Trajectory before_;

@@ -127,6 +127,7 @@ std::optional<Joined> join(io::Session& map, io::Session& more, const Path& seco
   extend(map.scans, more.scans);
   extend(map.rims, more.rims);
   extend(map.ground, more.ground);
+  extend(map.sights, more.sights);
   for (const auto& [name, count] : more.counts) map.counts[name] += count;
   for (const auto& [why_skipped, count] : more.skipped) map.skipped[why_skipped] += count;
   map.counts["joined_planes"] += static_cast<double>(found.overlap->planes.size());

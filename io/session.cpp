@@ -11,13 +11,14 @@
 namespace lamina::io {
 namespace {
 
-constexpr SealedKind kKind{"LAMINASN", 3, "a session.lamina of `lamina map`"};
+constexpr SealedKind kKind{"LAMINASN", 4, "a session.lamina of `lamina map`"};
 
 }  // namespace
 
 template <class A>
 void fields(A& a, Session& v) {
-  a(v.settings, v.online, v.parts, v.map, v.scans, v.rims, v.ground, v.before, v.counts, v.skipped);
+  a(v.settings, v.online, v.parts, v.map, v.scans, v.rims, v.ground, v.sights, v.before, v.counts,
+    v.skipped);
 }
 
 std::string session_content(const Session& session) {
@@ -31,16 +32,17 @@ void write_session(const std::filesystem::path& file, const Session& session) {
 }
 
 // The members in the order of fields(Session), the lists item by item.
-void write_session(const std::filesystem::path& file, const Session& session, const Spool& scans,
-                   const Spool& rims, const Spool& ground) {
-  LAMINA_CHECK(session.scans.empty() && session.rims.empty() && session.ground.empty());
+void write_session(const std::filesystem::path& file, const Session& session,
+                   const SessionLists& lists) {
+  LAMINA_CHECK(session.scans.empty() && session.rims.empty() && session.ground.empty() &&
+               session.sights.empty());
   write_sealed(file, kKind, [&](const std::function<void(std::string_view)>& put) {
     {
       ArchiveWriter head;
       head(session.settings, session.online, session.parts, session.map);
       put(head.bytes());
     }
-    for (const Spool* list : {&scans, &rims, &ground}) {
+    for (const Spool* list : {&lists.scans, &lists.rims, &lists.ground, &lists.sights}) {
       ArchiveWriter count;
       count(list->size());
       put(count.bytes());
@@ -92,6 +94,7 @@ void Session::shift_time(std::int64_t nanoseconds) {
   for (KeptScan& kept : scans) shift(kept.scan.stamp);
   for (SeenRims& seen : rims) shift(seen.stamp);
   for (SeenGround& seen : ground) shift(seen.stamp);
+  for (SeenDepth& seen : sights) shift(seen.stamp);
   Trajectory moved;
   for (const StampedPose& p : before) {
     moved.add(Timestamp::from_nanoseconds(p.stamp.nanoseconds() + nanoseconds), p.pose);

@@ -11,6 +11,7 @@
 
 #include <lamina/backend/map_state.hpp>
 #include <lamina/io/spool.hpp>
+#include <lamina/models/depth_look.hpp>
 #include <lamina/models/ground_look.hpp>
 #include <lamina/models/planar_map.hpp>
 #include <lamina/models/trajectory.hpp>
@@ -34,6 +35,13 @@ struct SeenGround {
   GroundLook look;
 };
 
+/// What an image saw through, and where its camera is in the body.
+struct SeenDepth {
+  Timestamp stamp;
+  SE3 T_body_camera;
+  DepthLook look;
+};
+
 /// A scan in its own frame (`scan.lidar.T_body_lidar`), real or made from depth.
 struct KeptScan {
   LaserScan scan;
@@ -55,6 +63,7 @@ struct Session {
   std::vector<KeptScan> scans;
   std::vector<SeenRims> rims;
   std::vector<SeenGround> ground;
+  std::vector<SeenDepth> sights;
   Trajectory before;                     ///< T_map_body before the refinement; may be empty
   std::map<std::string, double> counts;  ///< as in metrics.json
   std::map<std::string, std::int64_t> skipped;
@@ -65,10 +74,13 @@ struct Session {
 
 /// Whole or not at all.
 void write_session(const std::filesystem::path& file, const Session& session);
-/// The same with the archived items (session_archive.hpp) of `scans`, `rims` and `ground`, of which
-/// `session` itself holds none: never all of them in memory.
-void write_session(const std::filesystem::path& file, const Session& session, const Spool& scans,
-                   const Spool& rims, const Spool& ground);
+/// The archived items (session_archive.hpp) of the lists of a session.
+struct SessionLists {
+  const Spool &scans, &rims, &ground, &sights;
+};
+/// The same with these lists, of which `session` itself holds none: never all of them in memory.
+void write_session(const std::filesystem::path& file, const Session& session,
+                   const SessionLists& lists);
 /// Throws lamina::Error, one line: not there, something else, another version, cut short, damaged.
 Session read_session(const std::filesystem::path& file);
 /// What stands behind the header; `name` is the file's, for the error line.

@@ -15,6 +15,10 @@ void fields(A& a, SeenGround& v) {
   a(v.stamp, v.T_body_levelled, v.look);
 }
 template <class A>
+void fields(A& a, SeenDepth& v) {
+  a(v.stamp, v.T_body_camera, v.look);
+}
+template <class A>
 void fields(A& a, KeptScan& v) {
   a(v.scan, v.from_depth);
 }

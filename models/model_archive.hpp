@@ -2,6 +2,7 @@
 #pragma once
 
 #include <lamina/models/archive.hpp>
+#include <lamina/models/depth_look.hpp>
 #include <lamina/models/ground_look.hpp>
 #include <lamina/models/moments.hpp>
 #include <lamina/models/outline_grid.hpp>
@@ -20,6 +21,10 @@ void fields(A& a, Timestamp& v) {
   v = Timestamp::from_nanoseconds(ns);
 }
 
+template <class A>
+void fields(A& a, DepthLook& v) {
+  a(v.fx, v.fy, v.cx, v.cy, v.pixel, v.noise, v.nx, v.ny, v.reach);
+}
 template <class A>
 void fields(A& a, GroundMark& v) {
   a(v.xy, v.height, v.sigma);

@@ -44,6 +44,10 @@ Session small_session() {
   look.floor_bits = {5, 6};
   look.marks = {{{1, 2}, 0.03F, 0.002F}};
   session.ground = {{scan.stamp, SE3(), look}};
+  DepthLook depth;
+  depth.nx = depth.ny = 1;
+  depth.reach = {7};
+  session.sights = {{scan.stamp, SE3(), depth}};
   session.before.add(scan.stamp, SE3());
   session.counts["steps"] = 2;
   session.skipped["missing file"] = 1;
@@ -75,7 +79,7 @@ TEST(Session, WrittenItemByItemItIsTheSame) {
   Session session = small_session();
   write_session(file, session);
   const std::string whole = bytes_of(file);
-  Spool scans, rims, ground;
+  Spool scans, rims, ground, sights;
   const auto put_aside = [](Spool& spool, const auto& items) {
     for (const auto& item : items) {
       ArchiveWriter archive;
@@ -86,10 +90,12 @@ TEST(Session, WrittenItemByItemItIsTheSame) {
   put_aside(scans, session.scans);
   put_aside(rims, session.rims);
   put_aside(ground, session.ground);
+  put_aside(sights, session.sights);
   session.scans.clear();
   session.rims.clear();
   session.ground.clear();
-  write_session(file, session, scans, rims, ground);
+  session.sights.clear();
+  write_session(file, session, {scans, rims, ground, sights});
   EXPECT_EQ(bytes_of(file), whole);
 }
 
@@ -105,6 +111,7 @@ TEST(Session, ComesBackAndIsWrittenTheSame) {
   EXPECT_EQ(back.rims[0].rims_levelled[0].sigma, 0.1);
   EXPECT_EQ(back.ground[0].look.floor_bits, (std::vector<std::uint8_t>{5, 6}));
   EXPECT_EQ(back.ground[0].look.marks[0].height, 0.03F);
+  EXPECT_EQ(back.sights[0].look.reach, (std::vector<std::uint8_t>{7}));
   EXPECT_EQ(back.skipped.at("missing file"), 1);
   const std::string first = bytes_of(file);
   write_session(file, back);
@@ -125,7 +132,7 @@ TEST(Session, SaysWhatIsWrong) {
   other[8] = 9;
   put(file, other);
   EXPECT_EQ(complaint(file),
-            name + ": found version 9, expected version 3: it was made by another lamina");
+            name + ": found version 9, expected version 4: it was made by another lamina");
   put(file, good.substr(0, good.size() - 1));
   EXPECT_NE(complaint(file).find("it was cut short"), std::string::npos);
   std::string damaged = good;
@@ -139,7 +146,7 @@ TEST(Session, SaysWhatIsWrong) {
 
 TEST(Session, ContentThatLiesIsRefused) {
   const auto file = file_for_test();
-  constexpr SealedKind kKind{"LAMINASN", 3, "x"};
+  constexpr SealedKind kKind{"LAMINASN", 4, "x"};
   write_sealed(file, kKind, std::string(64, '\xff'));
   EXPECT_NE(complaint(file).find("makes no sense"), std::string::npos);
   Session broken = small_session();

@@ -1,0 +1,82 @@
+// Counting, and what the counts say.
+#include <lamina/apps/place_votes.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lamina::apps {
+namespace {
+
+constexpr int kPasses = 3;        // looks that went past
+constexpr double kAsNear = 1.5;   // times the depth of the nearest that met it: they see as well
+constexpr double kPassing = 1e9;  // ns
+
+}  // namespace
+
+void PlaceColumn::meet(Timestamp stamp, const std::vector<PlaceSight>& sights) {
+  const std::int64_t ns = stamp.nanoseconds();
+  for (std::size_t k = 0; k < places_.size(); ++k) {
+    if (sights[k].sight != Sight::kMet) continue;
+    Place& place = places_[k];
+    const bool first = place.met++ == 0;
+    place.first = first ? ns : std::min(place.first, ns);
+    place.last = first ? ns : std::max(place.last, ns);
+    place.nearest = first ? sights[k].depth : std::min(place.nearest, sights[k].depth);
+    for (std::size_t d = 0; d < std::min<std::size_t>(k, kBelow); ++d) {
+      const PlaceSight& below = sights[k - 1 - d];
+      const double apart = (place.p_map - places_[k - 1 - d].p_map).norm();
+      place.both[d] += below.sight == Sight::kMet && apart > sights[k].blur + below.blur;
+      place.over[d] += below.sight == Sight::kPast;
+    }
+  }
+}
+
+void PlaceColumn::pass(Timestamp stamp, const std::vector<PlaceSight>& sights, double pixel) {
+  const std::int64_t ns = stamp.nanoseconds();
+  for (std::size_t k = 0; k < places_.size(); ++k) {
+    Place& place = places_[k];
+    if (sights[k].sight != Sight::kPast) continue;
+    if (sights[k].depth > std::max(kAsNear * place.nearest, finest_ / pixel)) continue;
+    if (place.met > 0 && ns < place.last) {
+      ++place.earlier;
+    } else {
+      ++place.since;
+      place.passed = std::max(place.passed, ns);
+    }
+  }
+}
+
+bool PlaceColumn::free_again(std::size_t k) const {
+  const Place& place = places_[k];
+  if (place.since >= kPasses) return true;
+  for (std::size_t d = 0; d < std::min<std::size_t>(k, kBelow); ++d) {
+    const Place& below = places_[k - 1 - d];
+    const bool gone = below.since >= kPasses && below.passed > place.last;
+    if (gone && place.both[d] > 0 && place.over[d] == 0) return true;
+  }
+  return false;
+}
+
+bool PlaceColumn::met_in_passing(std::size_t k) const {
+  const Place& place = places_[k];
+  return place.met > 0 && static_cast<double>(place.last - place.first) < kPassing &&
+         place.earlier >= kPasses * place.met && !free_again(k);
+}
+
+bool PlaceColumn::no_wall(std::size_t k) const {
+  const Place& place = places_[k];
+  return free_again(k) || (place.met > 0 && place.earlier >= std::max(kPasses, place.met));
+}
+
+std::size_t PlaceColumns::add(PlaceColumn column) {
+  tiles_[tile(column.at_map(0))].push_back(columns_.size());
+  columns_.push_back(std::move(column));
+  return columns_.size() - 1;
+}
+
+PlaceColumns::Tile PlaceColumns::tile(const Eigen::Vector3d& p_map) {
+  return {static_cast<std::int64_t>(std::floor(p_map.x())),
+          static_cast<std::int64_t>(std::floor(p_map.y()))};
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,44 @@
+// Beams about a bearing.
+#include <lamina/apps/scan_sight.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lamina::apps {
+namespace {
+
+constexpr double kOff = 0.02;     // m from the plane
+constexpr double kMargin = 0.05;  // m, for errors of poses
+
+// The first beam at an angle (rad) or after it.
+std::ptrdiff_t beam_from(const LaserScan& scan, double angle) {
+  if (scan.angles.empty()) {
+    return static_cast<std::ptrdiff_t>(std::ceil((angle - scan.angle_min) / scan.angle_increment));
+  }
+  return std::lower_bound(scan.angles.begin(), scan.angles.end(), static_cast<float>(angle)) -
+         scan.angles.begin();
+}
+
+}  // namespace
+
+Sight sight_of(const LaserScan& scan, const Eigen::Vector3d& p, double radius) {
+  const double distance = p.head<2>().norm();
+  if (std::abs(p.z()) > kOff || !(distance > radius) || !(scan.angle_increment > 0)) {
+    return Sight::kUnknown;
+  }
+  const double half = std::asin(radius / distance);
+  double angle = std::atan2(p.y(), p.x());
+  while (angle - half < scan.angle_min) angle += 2 * M_PI;
+  const std::ptrdiff_t from = beam_from(scan, angle - half), to = beam_from(scan, angle + half);
+  if (from >= to || to > static_cast<std::ptrdiff_t>(scan.size())) return Sight::kUnknown;
+  const double margin = kMargin + 4 * scan.lidar.noise.range_sigma;
+  bool past = true;
+  for (auto k = static_cast<std::size_t>(from); k < static_cast<std::size_t>(to); ++k) {
+    const double behind = static_cast<double>(scan.ranges[k]) - distance;
+    if (scan.valid(k) && std::abs(behind) <= margin) return Sight::kMet;
+    past = past && scan.valid(k) && behind > margin;
+  }
+  return past ? Sight::kPast : Sight::kUnknown;
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,212 @@
+// What moved on leaves the map; what stands, hangs, is thin or was put down stays.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <lamina/apps/scan_sight.hpp>
+#include <lamina/apps/sight_votes.hpp>
+#include <lamina/frontend/obstacles/depth_looker.hpp>
+
+namespace lamina::apps {
+namespace {
+
+struct Box {
+  Eigen::Vector3d low, high;
+};
+const Box kPerson{{1.8, -0.2, 0}, {2.0, 0.2, 1.7}};
+const Box kTop{{1.8, -0.5, 0.68}, {2.6, 0.5, 0.72}};  // of a table
+
+// A hall with a wall at x = 5, a camera at 0.6 m that looks along x, down by `pitch`.
+struct Drive {
+  SightVotes votes;
+  PlanarMap map;
+  double pitch = 0.2;
+  int k = 0;
+
+  static double depth(const Eigen::Vector3d& from, const Eigen::Vector3d& ray,
+                      const std::vector<Box>& boxes) {
+    double t = (5 - from.x()) / ray.x();
+    if (ray.z() < 0) t = std::min(t, -from.z() / ray.z());
+    for (const Box& box : boxes) {
+      const Eigen::Array3d a = (box.low - from).array() / ray.array(),
+                           b = (box.high - from).array() / ray.array();
+      const double in = a.min(b).maxCoeff(), out = a.max(b).minCoeff();
+      if (in > 0 && in < out) t = std::min(t, in);
+    }
+    return t;
+  }
+  // Four images a second.
+  void see(int images, const std::vector<Box>& boxes, double x = 0) {
+    DepthFrame frame;
+    CameraModel& camera = frame.camera.camera;
+    camera.width = 160;
+    camera.height = 120;
+    camera.fx = camera.fy = 133.3;
+    camera.cx = 79.5;
+    camera.cy = 59.5;
+    Eigen::Matrix3d R;
+    R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+    camera.T_body_camera =
+        SE3(SO3::exp({0, pitch, 0}) * SO3(Eigen::Quaterniond(R)), Eigen::Vector3d(0, 0, 0.6));
+    frame.camera.noise = DepthNoise::kinect(133.3);
+    for (int v = 0; v < 120; ++v) {
+      for (int u = 0; u < 160; ++u) {
+        const Eigen::Vector3d ray =
+            camera.T_body_camera.so3() * Eigen::Vector3d((u - 79.5) / 133.3, (v - 59.5) / 133.3, 1);
+        const double z = depth(Eigen::Vector3d(x, 0, 0.6), ray, boxes);
+        frame.raw.push_back(static_cast<std::uint16_t>(std::lround(z * 1000)));
+      }
+    }
+    const DepthLook look = depth_look(frame);
+    for (int i = 0; i < images; ++i) {
+      const auto stamp = Timestamp::from_nanoseconds(std::int64_t{k++} * 250'000'000);
+      votes.add(stamp, look, camera.T_body_camera);
+      map.trajectory.add(stamp, SE3::from_translation({x, 0, 0}));
+    }
+  }
+  void stands(const Eigen::Vector3d& p) { map.loose_points.push_back(p); }
+  // Upright, facing the camera, 0.4 m wide.
+  void wall_of_person() {
+    MapPlane plane;
+    plane.label = PlaneLabel::kWall;
+    plane.plane_map = Plane({-1, 0, 0}, -1.8);
+    plane.centroid_map = {1.8, 0, 0.4};
+    plane.outlines_map = {{{1.8, -0.2, 0.1}, {1.8, 0.2, 0.1}, {1.8, 0.2, 0.7}, {1.8, -0.2, 0.7}}};
+    map.planes.push_back(plane);
+  }
+  PlanarMap result(const SightVotes::ForEachScan& scans = {}) const {
+    PlanarMap found = map;
+    votes.withdraw(found, map.trajectory, 0.05, scans);
+    return found;
+  }
+};
+
+TEST(SightVotes, APersonWhoWalkedOnLeavesTheMap) {
+  Drive drive;
+  drive.stands({1.82, 0.02, 0.55});
+  drive.stands({5.02, 0.02, 0.55});  // the wall
+  drive.wall_of_person();
+  drive.see(6, {kPerson});
+  EXPECT_EQ(drive.result().loose_points.size(), 2u);
+  EXPECT_EQ(drive.result().planes.size(), 1u);
+  drive.see(2, {});  // may be noise
+  EXPECT_EQ(drive.result().loose_points.size(), 2u);
+  drive.see(1, {});
+  const PlanarMap map = drive.result();
+  ASSERT_EQ(map.loose_points.size(), 1u);
+  EXPECT_EQ(map.loose_points[0].x(), 5.02);
+  EXPECT_TRUE(map.planes.empty());
+}
+
+// From near, the camera sees what is lower than 0.45 m alone: the rest has gone with that.
+TEST(SightVotes, WhatStoodOnItHasGoneWithIt) {
+  Drive drive;
+  drive.stands({1.82, 0.02, 0.73});
+  drive.see(4, {kPerson}, -1);
+  drive.pitch = 0.5;
+  drive.see(4, {});
+  EXPECT_TRUE(drive.result().loose_points.empty());
+}
+
+TEST(SightVotes, ATableStaysWhoeverStoodBeforeIt) {
+  Drive drive;
+  drive.stands({1.82, 0.02, 0.7});
+  drive.see(4, {kTop}, -1);  // legs are out of view: it hangs over seen ground
+  drive.see(4, {kTop, kPerson}, -1);
+  drive.pitch = 0.5;
+  drive.see(9, {});  // what is under it alone
+  EXPECT_EQ(drive.result().loose_points.size(), 1u);
+}
+
+TEST(SightVotes, WhatWasPutDownStays) {
+  const Box box{{1.8, -0.2, 0}, {2.2, 0.2, 0.5}};
+  Drive drive;
+  drive.stands({1.82, 0.02, 0.45});
+  drive.see(30, {});
+  drive.see(6, {box});
+  EXPECT_EQ(drive.result().loose_points.size(), 1u);
+  EXPECT_TRUE(drive.result().edges.empty());
+}
+
+// Met in two looks, where many had gone past before, and never looked at again: nobody knows.
+TEST(SightVotes, WhereSomebodyWasMetInPassingKnowledgeEnds) {
+  Drive drive;
+  drive.stands({1.82, 0.02, 0.45});
+  drive.see(8, {});
+  drive.see(2, {kPerson});
+  const PlanarMap map = drive.result();
+  EXPECT_TRUE(map.loose_points.empty());
+  ASSERT_EQ(map.edges.size(), 1u);
+  EXPECT_FALSE(map.edges[0].negative);
+}
+
+// A rod of 4 mm, met from near; the image from afar has no pixel on it.
+TEST(SightVotes, LooksFromAfarTakeNoThinThingsAway) {
+  const Box rod{{1.02, 0.018, 0}, {1.024, 0.022, 1}};
+  Drive drive;
+  drive.stands({1.022, 0.02, 0.5});
+  drive.see(4, {rod}, 0.3);
+  drive.see(9, {}, -1.5);
+  EXPECT_EQ(drive.result().loose_points.size(), 1u);
+}
+
+TEST(SightVotes, ALowPlateStays) {
+  Drive drive;
+  drive.stands({1.82, 0.02, 0.01});
+  drive.see(9, {});
+  EXPECT_EQ(drive.result().loose_points.size(), 1u);
+}
+
+LaserScan scan_of(int k, double range) {
+  LaserScan scan;
+  scan.stamp = Timestamp::from_nanoseconds(std::int64_t{k} * 250'000'000);
+  scan.angle_min = -1;
+  scan.angle_increment = 0.01;
+  scan.range_max = 20;
+  scan.ranges.assign(200, static_cast<float>(range));
+  scan.lidar.T_body_lidar = SE3::from_translation({0, 0, 0.5});
+  return scan;
+}
+
+TEST(SightVotes, AScannerSeesThemGoBesideTheCamera) {
+  Drive drive;
+  drive.stands({1.82, 0.02, 0.5});
+  drive.see(4, {kPerson});
+  drive.see(6, {{{0.5, -3, 0}, {0.6, 3, 1}}});  // the camera's view is barred
+  EXPECT_EQ(drive.result().loose_points.size(), 1u);
+  const auto scans = [](const std::function<void(const io::KeptScan&)>& take) {
+    for (int k = 4; k < 8; ++k) take({scan_of(k, 4), false});
+  };
+  EXPECT_TRUE(drive.result(scans).loose_points.empty());
+}
+
+TEST(ScanSight, BeamsAboutAPlaceMeetItOrGoPast) {
+  LaserScan scan = scan_of(0, 3);
+  EXPECT_EQ(sight_of(scan, {3, 0, 0}, 0.06), Sight::kMet);
+  EXPECT_EQ(sight_of(scan, {2, 0, 0}, 0.06), Sight::kPast);
+  EXPECT_EQ(sight_of(scan, {4, 0, 0}, 0.06), Sight::kUnknown);
+  EXPECT_EQ(sight_of(scan, {2, 0, 0.2}, 0.06), Sight::kUnknown);
+  EXPECT_EQ(sight_of(scan, {-2, 0, 0}, 0.06), Sight::kUnknown);
+  scan.ranges[101] = 0;  // no return
+  EXPECT_EQ(sight_of(scan, {2, 0, 0}, 0.06), Sight::kUnknown);
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    scan.angles.push_back(static_cast<float>(-0.5 + 0.01 * static_cast<double>(i)));
+  }
+  EXPECT_EQ(sight_of(scan, {2, 0, 0}, 0.06), Sight::kPast);
+}
+
+TEST(SightVotes, ComesBackFromASession) {
+  Drive drive;
+  drive.stands({1.82, 0.02, 0.55});
+  std::vector<io::SeenDepth> none;
+  drive.see(4, {kPerson});
+  drive.see(4, {});
+  drive.votes.take(none);
+  EXPECT_EQ(drive.votes.seen().size(), 0u);
+  EXPECT_EQ(drive.result().loose_points.size(), 1u);
+}
+
+}  // namespace
+}  // namespace lamina::apps
