@@ -52,6 +52,16 @@ std::size_t size_of(const std::string& type, const std::string& name) {
   throw input_error(name, "header", "type \"" + type + '"', "a type of the PLY format");
 }
 
+/// Entries without a property take no bytes: a short file could promise any number of them.
+void check_elements(const PlyHeader& header, const std::string& name) {
+  for (const Element& element : header.elements) {
+    if (element.count > 0 && element.properties.empty()) {
+      throw input_error(name, "header", "element " + element.name + " without a property",
+                        "a property of each element");
+    }
+  }
+}
+
 PlyHeader read_header(const std::string& bytes, const std::string& name) {
   PlyHeader header;
   std::size_t at = 0;
@@ -90,6 +100,7 @@ PlyHeader read_header(const std::string& bytes, const std::string& name) {
       size_of(property.type, name);
       header.elements.back().properties.push_back(property);
     } else if (word == "end_header") {
+      check_elements(header, name);
       header.body = at;
       return header;
     }

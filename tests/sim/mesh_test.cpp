@@ -69,6 +69,11 @@ TEST(MeshFile, ObjWithTexturedAndNegativeIndices) {
   EXPECT_EQ(mesh.triangles[1], Eigen::Vector3i(0, 1, 2));
 }
 
+TEST(MeshFile, EntriesThatTakeNoBytesAreRefused) {
+  EXPECT_THROW(parse_ply("ply\nformat ascii 1.0\nelement vertex 3\nend_header\n", "x.ply"), Error);
+  EXPECT_NO_THROW(parse_ply("ply\nformat ascii 1.0\nelement vertex 0\nend_header\n", "x.ply"));
+}
+
 TEST(MeshFile, ErrorsNameThePlace) {
   EXPECT_EQ(message_of("plx\n"), "x.ply:1: found \"plx\", expected ply");
   std::string bytes = kAscii;
