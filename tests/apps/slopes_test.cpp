@@ -43,7 +43,8 @@ Climb climb(bool online, const std::vector<std::string>& settings = {}) {
   result.end_height = path[path.size() - 1].pose.translation().z();
   result.ate = evaluate(request.output, data).trajectory->ate_m.rmse;
   std::ifstream in(request.output / "planes.json");
-  for (const auto& plane : nlohmann::json::parse(in)["planes"]) {
+  const nlohmann::json planes = nlohmann::json::parse(in);  // outlives the loop
+  for (const auto& plane : planes["planes"]) {
     const double x = plane["centroid"][0], y = plane["centroid"][1];
     const double nx = plane["normal"][0];
     if (x > 6.2 && x < 11.8 && std::abs(y) < 1.2 && std::abs(nx) > 0.7) ++result.doubtful_walls;
