@@ -5,6 +5,7 @@
 #include <charconv>
 #include <chrono>
 #include <condition_variable>
+#include <functional>
 #include <mutex>
 #include <thread>
 
@@ -29,13 +30,18 @@ std::string host_of(const std::string& header) {
 }
 
 /// By a provider: the library would compress a body itself, at the slowest level it has.
-void answer(httplib::Response& response, Text text, const char* type) {
+/// `sent`: called once the whole of it was written to the connection.
+void answer(httplib::Response& response, Text text, const char* type,
+            std::function<void()> sent = {}) {
   const std::size_t size = text->size();
   response.set_content_provider(
       size, type,
       [text = std::move(text)](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
         sink.write(text->data() + offset, std::min<std::size_t>(length, 1U << 16U));
         return true;
+      },
+      [sent = std::move(sent)](bool whole) {
+        if (whole && sent) sent();
       });
 }
 
@@ -143,9 +149,11 @@ void LiveServer::State::give_data(const httplib::Request& request, httplib::Resp
     return;
   }
   response.set_header("X-Version", std::to_string(version));
-  answer(response, data, "application/json");
-  fetched_version = version;
-  fetched.notify_all();
+  answer(response, data, "application/json", [this, given = version] {
+    const std::lock_guard later(mutex);
+    fetched_version = std::max(fetched_version, given);
+    fetched.notify_all();
+  });
 }
 
 LiveServer::LiveServer(const LiveAddress& where) : state_(std::make_unique<State>()) {

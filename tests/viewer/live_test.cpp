@@ -2,7 +2,12 @@
 #include <gmock/gmock.h>
 #include <httplib.h>
 
+#include <chrono>
+#include <future>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <thread>
+#include <utility>
 
 #include <lamina/models/error.hpp>
 #include <lamina/viewer/live_data.hpp>
@@ -52,6 +57,32 @@ TEST(LiveServer, GivesWhatIsNew) {
   server.publish("{\"a\":2}");
   EXPECT_EQ(client.Get("/data?after=1")->body, "{\"a\":2}");
   server.wait_until_fetched(10);  // fetched: returns at once
+}
+
+TEST(LiveServer, EndsAfterTheLastPictureHasArrived) {
+  const std::string large(16'000'000, '7');  // more than the buffers of a connection hold
+  auto server = std::make_unique<LiveServer>(any_port());
+  server->publish(large);
+  auto client = client_of(*server);
+  std::size_t arrived = 0;
+  std::promise<void> begun;
+  std::thread reader([&] {
+    bool first = true;
+    const auto slowly = [&](const char*, std::size_t length) {
+      if (std::exchange(first, false)) {
+        begun.set_value();
+        std::this_thread::sleep_for(std::chrono::milliseconds(30));
+      }
+      arrived += length;
+      return true;
+    };
+    client.Get("/data?after=0", slowly);
+  });
+  begun.get_future().wait();
+  server->wait_until_fetched(10);
+  server.reset();
+  reader.join();
+  EXPECT_EQ(arrived, large.size());
 }
 
 TEST(LiveServer, PageAsksItsServerAlone) {
