@@ -301,7 +301,12 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
     step.obstacles = obstacles_.process(frame, floor, floor_.disparities());
   }
   if (!floor.look.empty()) step.ground = std::move(floor.look);
-  if (DepthLook look = depth_look(frame); !look.empty()) step.sight = std::move(look);
+  if (!last_sight_ || frame.stamp - *last_sight_ >= kLookInterval) {
+    if (DepthLook look = depth_look(frame); !look.empty()) {
+      step.sight = std::move(look);
+      last_sight_ = frame.stamp;
+    }
+  }
   if (!wheels_met_ && !last_scan_) {
     moved = move_by_depth(frame, floor, step, metrics);
   } else if (!moved) {

@@ -108,8 +108,8 @@ class FrontEnd {
            images, segments, scan_odometry, max_tilt, sweep, T_start_body, last_step, last_told,
            last_scan, T_start_scan_body, since_scan, scan_step, scan_interval, last_image,
            T_start_image, image_velocity, skipped, ground_returns, last_slope, last_two_slopes,
-           slopes_seen, knocks, since_image, lifted_since_scan, ever_lifted, follow_slopes,
-           images_beside_wheels, sweep_watch] = v;
+           slopes_seen, knocks, last_sight, since_image, lifted_since_scan, ever_lifted,
+           follow_slopes, images_beside_wheels, sweep_watch] = v;
     static_cast<void>(follow_slopes);         // of the mode
     static_cast<void>(images_beside_wheels);  // likewise
     static_cast<void>(distortion);            // of the recording, before it is mapped
@@ -122,8 +122,8 @@ class FrontEnd {
     a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, learned, met, images,
       segments, scan_odometry, T_start_body, last_step, last_told, last_scan, T_start_scan_body,
       since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns,
-      last_slope, last_two_slopes, slopes_seen, knocks, since_image, lifted_since_scan, ever_lifted,
-      sweep, sweep_watch);
+      last_slope, last_two_slopes, slopes_seen, knocks, last_sight, since_image, lifted_since_scan,
+      ever_lifted, sweep, sweep_watch);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -218,6 +218,7 @@ class FrontEnd {
   std::optional<Timestamp> last_two_slopes_;  // likewise, two of them in one image
   std::int64_t slopes_seen_ = 0;
   KnockWatch knocks_;
+  std::optional<Timestamp> last_sight_;      // of the last image whose look was kept
   Matrix6d since_image_ = Matrix6d::Zero();  // covariance of the way from the last image
   std::optional<SE3> lifted_since_scan_;     // what images added to what lies in the plane
   bool ever_lifted_ = false;

@@ -10,6 +10,7 @@
 #include <lamina/apps/ground_hits.hpp>
 #include <lamina/apps/place_votes.hpp>
 #include <lamina/apps/scan_sight.hpp>
+#include <lamina/frontend/obstacles/depth_looker.hpp>
 #include <lamina/io/session_archive.hpp>
 #include <lamina/models/model_archive.hpp>
 #include <lamina/models/polygon.hpp>
@@ -17,8 +18,8 @@
 namespace lamina::apps {
 namespace {
 
-constexpr double kInterval = 0.19;  // s between looks, and between scans
-constexpr double kWide = 0.02;      // m a pixel that still sees squares of planes
+constexpr double kInterval = kLookInterval;  // between scans, too
+constexpr double kWide = 0.02;               // m a pixel that still sees squares of planes
 constexpr double kRadius = 0.06;    // m about a place: half a cell's diagonal, and poses' errors
 constexpr double kSquare = 0.1;     // m, of planes
 constexpr double kLevel = 0.15;     // m of height that loose points share

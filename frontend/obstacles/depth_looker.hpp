@@ -6,6 +6,9 @@
 
 namespace lamina {
 
+/// s between looks worth keeping: people hardly move on meanwhile.
+constexpr double kLookInterval = 0.19;
+
 /// Some 40 squares across the longer side of the image, of which one in ten pixels may lack a
 /// measurement in the noise model's range. Empty for a frame whose raw data or geometry is none.
 DepthLook depth_look(const DepthFrame& frame);
