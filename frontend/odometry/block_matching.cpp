@@ -113,11 +113,12 @@ double gained_agreement(const DepthBlocks& key, const DepthBlocks& current, cons
   const Eigen::Vector3f t_from = from.translation().cast<float>();
   const Eigen::Vector3f t_to = to.translation().cast<float>();
   double sum = 0;
-  int common = 0;
+  int common = 0, all = 0;
   for (int v = 0; v < current.height; v += stride) {
     for (int u = 0; u < current.width; u += stride) {
       const DepthBlock& c = current.at(u, v);
       if (!c.oriented()) continue;
+      ++all;
       const auto before = agreement(key, c, R_from, t_from, gate, empty_fits_not);
       const auto after =
           before ? agreement(key, c, R_to, t_to, gate, empty_fits_not) : std::nullopt;
@@ -126,7 +127,8 @@ double gained_agreement(const DepthBlocks& key, const DepthBlocks& current, cons
       ++common;
     }
   }
-  return common > 0 ? sum / common : 0;
+  constexpr double kLeastInView = 0.15;  // a corner of the image fits many a place
+  return common > kLeastInView * all ? sum / common : 0;
 }
 
 std::vector<Vector6d> without_weak_directions(Matrix6d& H, Vector6d& b, const Matrix6d& doubtful,

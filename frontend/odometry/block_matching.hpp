@@ -50,7 +50,7 @@ std::vector<HardDirection> hard_directions(const Matrix6d& H, double lever, doub
 /// By how much the mean robust weight of the blocks at one pose (T_key_current) is above that at
 /// another, of those that meet a block of `key` at both: what leaves the view counts for neither.
 /// What meets one without a normal (nothing measured, an edge) neither, unless it fits not, then.
-/// The gate is `sigmas` of the noise alone.
+/// The gate is `sigmas` of the noise alone. 0 where they are less than 15 % of all.
 double gained_agreement(const DepthBlocks& key, const DepthBlocks& current, const SE3& from,
                         const SE3& to, int stride, const BlockGate& gate,
                         bool empty_fits_not = false);

@@ -266,6 +266,19 @@ TEST(GainedAgreement, IsOfTheRightPoseOverOneThatIsOff) {
   EXPECT_NEAR(gained_agreement(plain, plain, SE3(), aside, 2, gate), 0, 0.05);
 }
 
+TEST(GainedAgreement, CornersOfImagesSayNothing) {
+  Camera camera;
+  const DepthBlocks key = depth_blocks(camera.see(room(), pose(0), 0));
+  const SE3 turned(SO3::rot_y(0.9), Eigen::Vector3d::Zero());  // of the field of view's 1.04 rad
+  const SE3 there(SO3::rot_y(0.45), Eigen::Vector3d::Zero());
+  const BlockGate gate{0, 4, 0, 0.8F, 2.5e-5F};
+  const DepthBlocks now =
+      depth_blocks(camera.see(room(), SE3(SO3::rot_z(-0.45), Eigen::Vector3d::Zero()), 1));
+  EXPECT_GT(gained_agreement(key, now, SE3(), there, 2, gate), 0.2);
+  EXPECT_EQ(gained_agreement(key, now, turned, there, 2, gate), 0);
+  EXPECT_EQ(gained_agreement(key, now, there, turned, 2, gate), 0);
+}
+
 TEST(MovingBlocks, FewPlacesAreNoise) {
   Camera camera;
   const DepthBlocks before = depth_blocks(camera.see(room(), pose(0), 0));
