@@ -20,48 +20,55 @@ using Matrix = DepthErrors::Matrix;
 constexpr int kMostPasses = 3;
 constexpr double kHeld = 1e-6;  // a sigma: as it is
 // 1-sigma of what is usual: roll and pitch (rad) and height (m), of floors told well by each image;
-// slopes and constant (1/m): a tenth of a pixel of disparity and more.
-constexpr double kLevel = 0.01, kHeight = 0.02, kSlope = 0.01, kConstant = 0.005;
-constexpr int kSlopes = DepthErrors::kWheels + DepthErrors::kLevel, kOffset = kSlopes + 2;
+// slopes and constant (1/m): a tenth of a pixel of disparity and more; focal length: sensors'
+// nominal ones are off by some percent.
+constexpr double kLevel = 0.01, kHeight = 0.02, kSlope = 0.01, kConstant = 0.005, kFocal = 0.03;
+constexpr int kSlopes = DepthErrors::kWheels + DepthErrors::kLevel, kOffset = kSlopes + 2,
+              kLength = kSlopes + 3;
 
-// `camera`: 1-sigma of slopes and constant, 1/m.
-Matrix prior_of(const Eigen::Vector2d& camera_place, const Eigen::Vector3d& camera) {
+// `camera`: 1-sigma of slopes and constant (1/m) and of the focal length.
+Matrix prior_of(const Eigen::Vector2d& camera_place, const Eigen::Vector4d& camera) {
   Matrix information = Matrix::Zero();
   information.topLeftCorner<WheelErrors::kCount, WheelErrors::kCount>() =
       WheelPrior(camera_place).information();
-  Eigen::Matrix<double, 6, 1> sigmas;
+  Eigen::Matrix<double, 7, 1> sigmas;
   sigmas << kLevel, kLevel, kHeight, camera.cwiseMax(kHeld);
-  information.diagonal().tail<6>() = sigmas.cwiseAbs2().cwiseInverse();
+  information.diagonal().tail<7>() = sigmas.cwiseAbs2().cwiseInverse();
   return information;
 }
 
 std::vector<Step> less(const DepthErrors& errors, const std::vector<Step>& steps) {
-  const InverseDepthError bend = errors.camera();
+  const DepthCameraError wrong = errors.camera();
   const Eigen::Vector3d level = errors.level();
   const MountingCorrection moved{{level.x(), level.y(), 0}, {0, 0, level.z()}};
   std::vector<Step> corrected = steps;
   for (Step& step : corrected) {
     remount(step, moved);
     for (PlaneObservation& plane : step.observations.planes) {
-      plane.plane_sensor = bend.corrected(plane.plane_sensor);
-      plane.moments_sensor = bend.corrected(plane.moments_sensor);
-      for (Eigen::Vector3d& corner : plane.outline_sensor) corner = bend.corrected(corner);
+      plane.plane_sensor = wrong.corrected(plane.plane_sensor);
+      plane.moments_sensor = wrong.corrected(plane.moments_sensor);
+      for (Eigen::Vector3d& corner : plane.outline_sensor) corner = wrong.corrected(corner);
     }
   }
   return corrected;
 }
 
-// 1-sigma of slopes and constant, 1/m: wide where the estimate `loose` says that they stand out of
-// zero, else as usual.
-Eigen::Vector3d expected(const DepthErrors& loose, const Eigen::Vector3d& usual) {
+// 1-sigma of slopes and constant (1/m) and of the focal length: wide where the estimate `loose`
+// says that they stand out of zero, else as usual.
+Eigen::Vector4d expected(const DepthErrors& loose, const Eigen::Vector3d& usual) {
   constexpr double kToldSlopes = 25;   // chi-squared of two
   constexpr double kToldConstant = 4;  // sigmas
-  Eigen::Vector3d sigmas = usual;
+  constexpr double kToldFocal = 5;     // likewise
+  Eigen::Vector4d sigmas;
+  sigmas << usual, 0;
   const Eigen::Vector2d slopes = loose.value.segment<2>(kSlopes);
   const Eigen::Matrix2d covariance = loose.covariance.block<2, 2>(kSlopes, kSlopes);
   if (slopes.dot(covariance.inverse() * slopes) > kToldSlopes) sigmas.head<2>().setConstant(kSlope);
-  const double variance = loose.covariance(kOffset, kOffset);
-  if (std::abs(loose.value(kOffset)) > kToldConstant * std::sqrt(variance)) sigmas.z() = kConstant;
+  const auto in_sigmas = [&](int error) {
+    return std::abs(loose.value(error)) / std::sqrt(loose.covariance(error, error));
+  };
+  if (in_sigmas(kOffset) > kToldConstant) sigmas.z() = kConstant;
+  if (in_sigmas(kLength) > kToldFocal) sigmas.w() = kFocal;
   return sigmas;
 }
 
@@ -75,7 +82,7 @@ std::optional<DepthErrors> depth_errors_of(const std::vector<Step>& steps,
   if (steps.empty()) return std::nullopt;
   const Eigen::Vector2d place = camera_place(steps);
   DepthErrors all;
-  Eigen::Vector3d camera(kSlope, kSlope, kConstant);
+  Eigen::Vector4d camera(kSlope, kSlope, kConstant, kFocal);
   for (int pass = 0; pass < kMostPasses; ++pass) {
     const std::vector<Step> now = less(all, steps);
     const Graph graph = quick_map(now, all.wheels(), options, ended);
@@ -145,12 +152,23 @@ std::optional<DepthDistortion> find_depth_slopes(Recording& recording, const Set
   if (!found) return std::nullopt;
   const Eigen::Vector2d slopes = found->value.segment<2>(kSlopes);
   const double across = px.x() * slopes.x(), down = px.y() * slopes.y();
-  if (slopes.norm() < 10 * kHeld) return std::nullopt;
-  spdlog::info(
-      "depth images slope by {:+.2f} px of disparity across and {:+.2f} px down: taken out", across,
-      down);
-  metrics.counts["depth_slope_across_px"] = across;
-  metrics.counts["depth_slope_down_px"] = down;
+  const double focal = found->value(kLength);
+  const bool slope = slopes.norm() > 10 * kHeld, length = std::abs(focal) > 10 * kHeld;
+  if (!slope && !length) return std::nullopt;
+  if (slope) {
+    spdlog::info(
+        "depth images slope by {:+.2f} px of disparity across and {:+.2f} px down: taken out",
+        across, down);
+    metrics.counts["depth_slope_across_px"] = across;
+    metrics.counts["depth_slope_down_px"] = down;
+  }
+  if (length) {
+    const double is = camera.fx / (1 + focal);
+    spdlog::info(
+        "the depth camera's focal length is {:.1f} +- {:.1f} px, stated are {:.1f}: corrected", is,
+        is * std::sqrt(found->covariance(kLength, kLength)), camera.fx);
+    metrics.counts["depth_focal_px"] = is;
+  }
   DepthDistortion with_slopes = distortion;
   with_slopes.add(found->camera(), *first);
   return with_slopes;

@@ -1,4 +1,4 @@
-// Slopes of a depth image's error, found by the map it gives.
+// Slopes of a depth image's error and its focal length, found by the map it gives.
 #pragma once
 
 #include <functional>
@@ -14,17 +14,18 @@ namespace lamina::apps {
 /// Maps steps of wheels and images of one depth camera and estimates what errors both have in
 /// common over all of them (DepthErrors), goes on with steps so corrected until the estimate stays.
 /// `usual`: 1-sigma (1/m) of slopes and constant that do not stand out at first, about zero; zero
-/// holds them there. nullopt where steps do not tell: no plane, no motion, or `ended` returned
-/// true.
+/// holds them there, as it does a focal length that does not stand out. nullopt where steps do not
+/// tell: no plane, no motion, or `ended` returned true.
 std::optional<DepthErrors> depth_errors_of(const std::vector<Step>& steps,
                                            const MapperOptions& options,
                                            const Eigen::Vector3d& usual,
                                            const std::function<bool()>& ended);
 
 /// A look over the first minutes of a recording whose wheels and depth camera tell it:
-/// `distortion`, which is taken out of images, with the slopes they have beside it. Scans are
-/// passed over. Slopes that do not stand out are held to the size that `distortion` makes likely;
-/// nullopt where it is none either, or there are no wheels. `start`: find_tilted_start().
+/// `distortion`, which is taken out of images, with the slopes and the focal length they have
+/// beside it. Scans are passed over. Slopes that do not stand out are held to the size that
+/// `distortion` makes likely, the focal length to what is stated; nullopt where it is none either,
+/// or there are no wheels. `start`: find_tilted_start().
 std::optional<DepthDistortion> find_depth_slopes(Recording& recording, const Settings& settings,
                                                  const DepthDistortion& distortion,
                                                  const std::optional<TiltedStart>& start,

@@ -117,9 +117,10 @@ std::vector<Setting> segment_rows() {
       LAMINA_ROW("loops.min_score", loops.min_score, "least mean likelihood of a match, 0 to 1"),
       LAMINA_ROW("loops.max_ambiguity", loops.max_ambiguity,
                  "second best place against the best; above, no loop is closed"),
-      LAMINA_ROW("depth.calibrate", calibrate_depth,
-                 "offline: planes tell the slow bend of depth images, maps its slopes; both are "
-                 "taken out"),
+      LAMINA_ROW(
+          "depth.calibrate", calibrate_depth,
+          "offline: planes tell the slow bend of depth images, maps its slopes and the focal "
+          "length; all are taken out"),
       LAMINA_ROW(
           "mountings.calibrate", calibrate_mountings,
           "offline: ground, travel, turns and shared walls correct how scanner and camera sit"),

@@ -27,9 +27,13 @@ Generators generators_of(const SE3& T_body_camera) {
   all[2](2, 3) = 1;
   const Eigen::Matrix4d T = T_body_camera.matrix(), T_inverse = T_body_camera.inverse().matrix();
   for (int k = 0; k < DepthErrors::kCamera; ++k) {
-    Eigen::Matrix4d bend = Eigen::Matrix4d::Zero();
-    bend(3, k) = -1;
-    all[static_cast<std::size_t>(kLevel + k)] = T * bend * T_inverse;
+    Eigen::Matrix4d of_camera = Eigen::Matrix4d::Zero();
+    if (k < 3) {
+      of_camera(3, k) = -1;
+    } else {
+      of_camera(0, 0) = of_camera(1, 1) = 1;
+    }
+    all[static_cast<std::size_t>(kLevel + k)] = T * of_camera * T_inverse;
   }
   return all;
 }

@@ -265,6 +265,7 @@ Rig make_rig(Settings& s, const RigDefaults& d) {
   rig.mounting_error.translation_cm = {s.number("calibration.error_x_cm", 0),
                                        s.number("calibration.error_y_cm", 0),
                                        s.number("calibration.error_z_cm", 0)};
+  rig.focal_error = s.number("calibration.error_focal_percent", 0) / 100;
   return rig;
 }
 

@@ -61,8 +61,10 @@ Calibration Rig::believed() const {
   Calibration out;
   if (depth) {
     out.depth_camera = depth->camera;
-    SE3& T = out.depth_camera->camera.T_body_camera;
-    T = mounting_error.apply(T);
+    CameraModel& camera = out.depth_camera->camera;
+    camera.T_body_camera = mounting_error.apply(camera.T_body_camera);
+    camera.fx *= 1 + focal_error;
+    camera.fy *= 1 + focal_error;
   }
   if (stereo) {
     out.stereo_camera = stereo->camera;

@@ -63,9 +63,10 @@ struct Rig {
   std::optional<OdometrySensor> odometry;
   std::optional<AccelerometerSensor> accelerometer;
   MountingError mounting_error;
+  double focal_error = 0;  ///< share by which the depth camera's focal length is believed too long
   OdometryModel believed_odometry;
 
-  /// What the robot is told: mountings with mounting_error.
+  /// What the robot is told: mountings with mounting_error, and that focal length.
   Calibration believed() const;
 };
 

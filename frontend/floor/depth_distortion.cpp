@@ -83,7 +83,7 @@ void DepthDistortion::hold_within(double low, double high) {
   for (float& e : field_) e = std::clamp(e, a, b);
 }
 
-void DepthDistortion::add(const InverseDepthError& error, const DepthFrame& like) {
+void DepthDistortion::add(const DepthCameraError& error, const DepthFrame& like) {
   const double fb = like.camera.noise.focal_baseline;
   if (!std::isfinite(fb) || !(fb > 0)) return;
   if (field_.empty()) {
@@ -92,6 +92,7 @@ void DepthDistortion::add(const InverseDepthError& error, const DepthFrame& like
     field_.assign(like.raw.size(), 0);
   }
   if (like.width() != width_ || like.height() != height_) return;
+  focal_ *= 1 + error.focal;
   const CameraModel& c = like.camera.camera;
   std::size_t i = 0;
   for (int v = 0; v < height_; ++v) {
@@ -108,6 +109,8 @@ void DepthDistortion::correct(DepthFrame& frame) const {
       !std::isfinite(scale) || !(scale > 0)) {
     return;
   }
+  frame.camera.camera.fx /= focal_;
+  frame.camera.camera.fy /= focal_;
   constexpr float kSaturated = 65535.0F;
   const auto fb = static_cast<float>(scale);
   for (std::size_t i = 0; i < field_.size(); ++i) {

@@ -13,11 +13,11 @@ const Eigen::Vector3d kNothing = Eigen::Vector3d::Zero();
 const SE3 kOptical(SO3(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5)), {0.1, 0, 0.5});
 
 // A lap and a half of a room by a camera that errs by `error`.
-std::vector<Step> steps_with(const InverseDepthError& error, const WheelErrors::Vector& wheels) {
+std::vector<Step> steps_with(const DepthCameraError& error, const WheelErrors::Vector& wheels) {
   const made_up::Drive drive(180, 120, 61);
   const auto room = made_up::make_room();
   made_up::Sensor sensor(62);
-  const InverseDepthError as_seen{-error.e};
+  const DepthCameraError as_seen = error.inverse();
   const SE3 T_camera_body = kOptical.inverse();
   std::vector<Step> steps(drive.truth.size());
   for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -36,7 +36,7 @@ std::vector<Step> steps_with(const InverseDepthError& error, const WheelErrors::
 }
 
 TEST(DepthSlopes, AreFoundBesideErrorsOfTheWheels) {
-  const InverseDepthError error{{0.007, 0, 0}};
+  const DepthCameraError error{{0.007, 0, 0}};
   const auto found = depth_errors_of(steps_with(error, WheelErrors::of(0.01, 0.01, 0)), {},
                                      kNothing, [] { return false; });
   ASSERT_TRUE(found);
@@ -45,6 +45,19 @@ TEST(DepthSlopes, AreFoundBesideErrorsOfTheWheels) {
   EXPECT_NEAR(found->camera().e.z(), 0, 1e-6);  // not told
   EXPECT_NEAR(found->wheels()(1), 0.01, 0.006);
   EXPECT_LT(std::abs(found->wheels()(3)), 0.01);  // the camera is not turned for it
+}
+
+TEST(DepthSlopes, AFocalLengthIsFoundAndElseLeftAsStated) {
+  const auto none = [] { return false; };
+  const auto found = depth_errors_of(steps_with({kNothing, -0.02}, WheelErrors::of(0.01, 0.01, 0)),
+                                     {}, kNothing, none);
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->camera().focal, -0.02, 0.004);
+  EXPECT_NEAR(found->wheels()(1), 0.01, 0.006);
+  const auto as_stated =
+      depth_errors_of(steps_with({}, WheelErrors::of(0.01, 0.01, 0)), {}, kNothing, none);
+  ASSERT_TRUE(as_stated);
+  EXPECT_NEAR(as_stated->camera().focal, 0, 1e-6);
 }
 
 // What does not stand out is held to what is usual: to nothing, or to its size.

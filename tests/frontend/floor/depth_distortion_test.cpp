@@ -58,6 +58,19 @@ std::function<double(int, int)> as_function(const DepthDistortion& d) {
   };
 }
 
+TEST(DepthDistortion, GivesFramesTheFocalLengthThatIs) {
+  DepthFrame frame =
+      testing::draw({{Plane({0, 0, 1}, 0)}}, testing::small_test_camera(0.3), 0.02, 1);
+  const DepthFrame as_stated = frame;
+  DepthDistortion distortion;
+  distortion.add({Eigen::Vector3d::Zero(), 0.02}, as_stated);
+  EXPECT_FALSE(distortion.empty());
+  distortion.correct(frame);
+  EXPECT_NEAR(frame.camera.camera.fx, as_stated.camera.camera.fx / 1.02, 1e-9);
+  EXPECT_NEAR(frame.camera.camera.fy, as_stated.camera.camera.fy / 1.02, 1e-9);
+  EXPECT_EQ(frame.raw, as_stated.raw);
+}
+
 TEST(DistortionEstimator, FindsTheBend) {
   const DepthDistortion truth = bent(0.3, -0.2);
   std::mt19937_64 random(3);
