@@ -28,6 +28,18 @@ Eigen::Vector3d difference(const PlanarPose& from, const PlanarPose& to) {
   return {d.x, d.y, d.yaw};
 }
 
+double chi_squared(const Eigen::Vector3d& e, const Eigen::Matrix3d& S) {
+  return e.dot(S.inverse() * e);
+}
+
+// Of place (2 dof, m) and heading (rad), each by its own: what they have to do with each other
+// depends on where on the way the drift arose. A chained covariance spreads it over all of the way,
+// and takes what one bad match in a place with little to see does for impossible.
+double chi_squared_apart(const Eigen::Vector3d& e, const Eigen::Matrix3d& S) {
+  const Eigen::Vector2d t = e.head<2>();
+  return t.dot(S.topLeftCorner<2, 2>().inverse() * t) + e.z() * e.z() / S(2, 2);
+}
+
 }  // namespace
 
 LoopCloser::LoopCloser(const LoopCloserOptions& options) : options_(options) {}
@@ -223,7 +235,14 @@ std::optional<PlanarEdge> LoopCloser::match(const Candidate& candidate, int subm
                       .cwiseAbs2();
   edge.information = R.inverse();
   const Eigen::Vector3d e = difference(candidate.T_old_new, T);
-  if (e.dot((C + R).inverse() * e) > options_.max_chi_squared) {
+  // A place that looks alike lies farther off than a match reaches.
+  const auto within_reach = [&] {
+    const PlanarPose& start = candidate.T_old_new;
+    const LineMatch near = match_lines(old.points, q.points, start, {}, fine);
+    return chi_squared(difference(near.T_map_scan, T), R) <= options_.max_chi_squared;
+  };
+  if (chi_squared(e, C + R) > options_.max_chi_squared &&
+      (chi_squared_apart(e, C + R) > options_.max_chi_squared || !within_reach())) {
     ++counts_.inconsistent;
     return std::nullopt;
   }
