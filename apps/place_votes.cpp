@@ -63,6 +63,11 @@ bool PlaceColumn::met_in_passing(std::size_t k) const {
          place.earlier >= kPasses * place.met && !free_again(k);
 }
 
+bool PlaceColumn::went_along(std::size_t k) const {
+  const Place& place = places_[k];
+  return place.met > 0 && place.beside == place.met && !free_again(k);
+}
+
 bool PlaceColumn::no_wall(std::size_t k) const {
   const Place& place = places_[k];
   return free_again(k) || (place.met > 0 && place.earlier >= std::max(kPasses, place.met));

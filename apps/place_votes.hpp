@@ -38,6 +38,16 @@ class PlaceColumn {
   /// `pixel`: what one spans, m per m of depth.
   void pass(Timestamp stamp, const std::vector<PlaceSight>& sights, double pixel);
 
+  /// Of a large wall: what others met of it tells whether a look is laid where it was made.
+  bool wall = false;
+
+  /// One of the looks that met it met movers beside it (movers.hpp).
+  void count_beside(std::size_t k) { ++places_[k].beside; }
+
+  /// s, from the first look that met it to the last.
+  double met_for(std::size_t k) const {
+    return 1e-9 * static_cast<double>(places_[k].last - places_[k].first);
+  }
   bool met(std::size_t k) const { return places_[k].met > 0; }
   /// Three looks went past it since the last that met it; or past a place below since then, with
   /// which it was met (by a look that tells the two apart), and which no look went past while it
@@ -46,6 +56,8 @@ class PlaceColumn {
   /// Not free again as nobody looked, but met within less than a second in all, where three times
   /// as many looks had gone past before.
   bool met_in_passing(std::size_t k) const;
+  /// Not free again as nobody looked, but never met without something beside it that has gone.
+  bool went_along(std::size_t k) const;
   /// Free again, or met by no more looks (of three or more) than had gone past before: no wall.
   bool no_wall(std::size_t k) const;
 
@@ -55,7 +67,7 @@ class PlaceColumn {
     Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
     double nearest = 0;                 // m, depth of the nearest look that met it
     std::int64_t first = 0, last = -1;  // ns, looks that met it
-    int met = 0;
+    int met = 0, beside = 0;
     int earlier = 0, since = 0;  // looks that went past before the last of these, after it
     std::int64_t passed = -1;    // ns, the last of the latter
     // Looks that met this, by how many places further down: that met that one, that went past it.

@@ -8,23 +8,21 @@
 #include <utility>
 
 #include <lamina/apps/ground_hits.hpp>
+#include <lamina/apps/movers.hpp>
 #include <lamina/apps/place_votes.hpp>
+#include <lamina/apps/plane_squares.hpp>
 #include <lamina/apps/scan_sight.hpp>
 #include <lamina/frontend/obstacles/depth_looker.hpp>
 #include <lamina/io/session_archive.hpp>
 #include <lamina/models/model_archive.hpp>
-#include <lamina/models/polygon.hpp>
 
 namespace lamina::apps {
 namespace {
 
 constexpr double kInterval = kLookInterval;  // between scans, too
-constexpr double kWide = 0.02;               // m a pixel that still sees squares of planes
 constexpr double kRadius = 0.06;    // m about a place: half a cell's diagonal, and poses' errors
-constexpr double kSquare = 0.1;     // m, of planes
 constexpr double kLevel = 0.15;     // m of height that loose points share
 constexpr int kBelow = 4;           // levels
-constexpr double kFoot = 0.2;       // m above the ground
 constexpr double kFarthest = 8;     // m
 constexpr double kUpright = 0.5;    // |n.z| below
 constexpr double kPerson = 1;       // m^2 of a plane: no person is larger
@@ -37,61 +35,18 @@ std::string bytes_of(const io::SeenDepth& seen) {
   return archive.bytes();
 }
 
+// How far from the camera it met anything, at the image's corners, too.
 double reach_of(const DepthLook& look) {
   const auto most = std::max_element(look.reach.begin(), look.reach.end());
-  return most == look.reach.end() ? 0 : std::min(kFarthest, DepthLook::depth(*most));
-}
-
-// Where a place stands among all.
-struct Seat {
-  std::size_t column = 0, place = 0;
-};
-
-// Middles of the squares of a plane's outlines.
-std::vector<Seat> seat_squares(const MapPlane& plane, PlaceColumns& columns) {
-  const Eigen::Vector3d& n = plane.plane_map.normal();
-  const Eigen::Vector3d along = Eigen::Vector3d::UnitZ().cross(n).normalized();
-  const Eigen::Vector3d up = n.cross(along);
-  OutlineGrid grid(kSquare);
-  for (const auto& outline : plane.outlines_map) {
-    std::vector<Eigen::Vector2d> corners;
-    for (const Eigen::Vector3d& p : outline) {
-      const Eigen::Vector3d q = p - plane.centroid_map;
-      corners.emplace_back(along.dot(q), up.dot(q));
-    }
-    if (const auto polygon = Polygon::from_vertices(std::move(corners))) grid.add(*polygon);
-  }
-  std::map<std::int32_t, PlaceColumn> strips;
-  for (const auto& [i, j] : grid.cells()) {  // ascending
-    PlaceColumn& strip = strips.try_emplace(i, kWide).first->second;
-    strip.add(plane.centroid_map + kSquare * ((i + 0.5) * along + (j + 0.5) * up));
-  }
-  std::vector<Seat> seats;
-  for (auto& [i, strip] : strips) {
-    const std::size_t size = strip.size(), at = columns.add(std::move(strip));
-    for (std::size_t k = 0; k < size; ++k) seats.push_back({at, k});
-  }
-  return seats;
-}
-
-struct Squares {
-  std::size_t no_wall = 0, stands = 0;
-};
-
-// Without those near the ground, which is met there instead.
-Squares squares_of(const std::vector<Seat>& seats, const PlaceColumns& columns,
-                   const GroundHits& ground) {
-  Squares found;
-  for (const Seat& seat : seats) {
-    const PlaceColumn& column = columns[seat.column];
-    const Eigen::Vector3d& p = column.at_map(seat.place);
-    const auto z = ground.under(p);
-    if (z && p.z() - *z < kFoot) continue;
-    const bool no_wall = column.no_wall(seat.place);
-    found.no_wall += no_wall;
-    found.stands += !no_wall && column.met(seat.place);
-  }
-  return found;
+  if (most == look.reach.end()) return 0;
+  const double z = DepthLook::depth(*most);
+  const auto slope = [](float f, float c, std::int32_t n) {
+    const auto middle = static_cast<double>(c);
+    return std::max(middle, n - middle) / static_cast<double>(f);
+  };
+  const double slant =
+      Eigen::Vector3d(slope(look.fx, look.cx, look.nx), slope(look.fy, look.cy, look.ny), 1).norm();
+  return std::min(kFarthest, slant * (z + look.margin(z)));
 }
 
 // Loose points of one cell and level are one place, at the height of the lowest of them.
@@ -139,13 +94,24 @@ class LoosePoints {
   std::map<Key, Seat> seats_;
 };
 
+// What a look says of the places of a column.
+struct ColumnSight {
+  PlaceColumn* column = nullptr;
+  std::vector<PlaceSight> places;
+};
+struct Seen {
+  Timestamp stamp;
+  double pixel = 0;  // m per m of depth
+  std::vector<ColumnSight> columns;
+};
+
 // Asks every look, and every scan that is no look made flat, of the places in its reach.
 class Lookers {
  public:
   Lookers(const io::Spool& looks, const SightVotes::ForEachScan& scans, const Trajectory& path)
       : looks_(looks), scans_(scans), path_(path) {}
 
-  /// take(stamp, sights, pixel, column).
+  /// take(Seen).
   template <class Take>
   void ask(PlaceColumns& columns, const Take& take) const {
     looks_.for_each([&](std::string_view bytes) {
@@ -179,20 +145,59 @@ class Lookers {
     const auto T_map_body = path_.at(stamp);
     if (!T_map_body) return;
     const SE3 T_map_sensor = *T_map_body * T_body_sensor, T_sensor_map = T_map_sensor.inverse();
-    std::vector<PlaceSight> sights;
+    Seen seen{stamp, pixel, {}};
     columns.for_each_near(T_map_sensor.translation(), reach, [&](PlaceColumn& column) {
-      sights.clear();
-      for (std::size_t k = 0; k < column.size(); ++k) {
-        sights.push_back(sight_of_place(T_sensor_map * column.at_map(k)));
-      }
-      take(stamp, sights, pixel, column);
+      ColumnSight& sight = seen.columns.emplace_back();
+      sight.column = &column;
+      for (std::size_t k = 0; k < column.size(); ++k)
+        sight.places.push_back(sight_of_place(T_sensor_map * column.at_map(k)));
     });
+    take(seen);
   }
 
   const io::Spool& looks_;
   const SightVotes::ForEachScan& scans_;
   const Trajectory& path_;
 };
+
+// Laid where it was made: of the large walls in its view, as others met them, it went past less
+// than one square in kTrust.
+bool laid_right(const Seen& seen) {
+  std::size_t met = 0, past = 0;
+  for (const ColumnSight& sight : seen.columns) {
+    if (!sight.column->wall) continue;
+    for (std::size_t k = 0; k < sight.places.size(); ++k) {
+      if (!sight.column->met(k)) continue;
+      met += sight.places[k].sight == Sight::kMet;
+      past += sight.places[k].sight == Sight::kPast;
+    }
+  }
+  return kTrust * past <= met + past;
+}
+
+// Asks all looks who met what, who went past, and what was met beside what had gone.
+void ask_all(const Lookers& lookers, PlaceColumns& columns) {
+  lookers.ask(columns, [](const Seen& seen) {
+    for (const ColumnSight& sight : seen.columns) sight.column->meet(seen.stamp, sight.places);
+  });
+  lookers.ask(columns, [](const Seen& seen) {
+    if (!laid_right(seen)) return;
+    for (const ColumnSight& sight : seen.columns)
+      sight.column->pass(seen.stamp, sight.places, seen.pixel);
+  });
+  Movers movers;
+  std::vector<MetPlace> met;
+  lookers.ask(columns, [&](const Seen& seen) {
+    met.clear();
+    for (const auto& [column, places] : seen.columns) {
+      for (std::size_t k = 0; k < places.size(); ++k) {
+        if (places[k].sight == Sight::kMet) met.push_back({column, k});
+      }
+    }
+    movers.add(seen.stamp, met);
+  });
+  movers.finish();
+}
 
 }  // namespace
 
@@ -212,42 +217,45 @@ void SightVotes::withdraw(PlanarMap& map, const Trajectory& trajectory, double r
   if (looks_.size() == 0) return;
   PlaceColumns columns;
   const LoosePoints loose(map.loose_points, resolution, columns);
-  std::map<std::int64_t, std::vector<Seat>> squares;  // by the plane's id
+  std::map<std::int64_t, PlaneSquares> squares;  // by the plane's id
   for (const MapPlane& plane : map.planes) {
     if (std::abs(plane.plane_map.normal().z()) < kUpright)
-      squares[plane.id] = seat_squares(plane, columns);
+      squares.try_emplace(plane.id, plane, plane.area > kPerson, columns);
   }
   if (columns.empty()) return;
-  const Lookers lookers(looks_, for_each_scan, trajectory);
-  lookers.ask(columns, [](Timestamp stamp, const std::vector<PlaceSight>& sights, double,
-                          PlaceColumn& column) { column.meet(stamp, sights); });
-  lookers.ask(columns, [](Timestamp stamp, const std::vector<PlaceSight>& sights, double pixel,
-                          PlaceColumn& column) { column.pass(stamp, sights, pixel); });
+  ask_all({looks_, for_each_scan, trajectory}, columns);
   const GroundHits ground(map.planes, GroundHits::Of::kAnyMap);
-  std::vector<std::int64_t> gone;
-  Squares large;
+  PlaneSquares::Count large;
   for (const MapPlane& plane : map.planes) {
-    const auto seats = squares.find(plane.id);
-    if (seats == squares.end()) continue;
-    const Squares found = squares_of(seats->second, columns, ground);
-    if (plane.area > kPerson) {
-      large.no_wall += found.no_wall;
-      large.stands += found.stands;
-    } else if (found.no_wall >= kFewest && found.no_wall > found.stands) {
-      gone.push_back(plane.id);
-    }
+    const auto at = squares.find(plane.id);
+    if (at == squares.end() || plane.area <= kPerson) continue;
+    const auto found = at->second.count(columns, ground);
+    large.no_wall += found.no_wall;
+    large.stands += found.went_along + found.stands;
   }
   // No person, but walls that poses drew twice: this path cannot tell what went away.
   if (kTrust * large.no_wall > large.no_wall + large.stands) return;
-  std::erase_if(map.planes, [&](const MapPlane& plane) {
-    return std::find(gone.begin(), gone.end(), plane.id) != gone.end();
-  });
+  std::vector<MapPlane> left;
+  for (MapPlane& plane : map.planes) {
+    const auto at = squares.find(plane.id);
+    if (at != squares.end() && plane.area <= kPerson) {
+      const auto found = at->second.count(columns, ground);
+      const bool doubted = found.no_wall + found.went_along >= kFewest;
+      if (doubted && found.gone()) {
+        at->second.add_ends(columns, map.edges);
+        continue;
+      }
+      if (doubted) at->second.cut(plane, columns, ground, map.edges);
+    }
+    left.push_back(std::move(plane));
+  }
+  map.planes = std::move(left);
   std::erase_if(map.loose_points, [&](const Eigen::Vector3d& p) {
     const Seat* seat = loose.seat(p);
     if (seat == nullptr) return false;
     const PlaceColumn& column = columns[seat->column];
     if (column.free_again(seat->place)) return true;
-    if (!column.met_in_passing(seat->place)) return false;
+    if (!column.met_in_passing(seat->place) && !column.went_along(seat->place)) return false;
     map.edges.push_back({p, 0, false});
     return true;
   });

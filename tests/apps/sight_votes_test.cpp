@@ -37,8 +37,8 @@ struct Drive {
     }
     return t;
   }
-  // Four images a second.
-  void see(int images, const std::vector<Box>& boxes, double x = 0) {
+  // Four images a second from `x`; the path says that it was `off` m further on.
+  void see(int images, const std::vector<Box>& boxes, double x = 0, double off = 0) {
     DepthFrame frame;
     CameraModel& camera = frame.camera.camera;
     camera.width = 160;
@@ -63,7 +63,7 @@ struct Drive {
     for (int i = 0; i < images; ++i) {
       const auto stamp = Timestamp::from_nanoseconds(std::int64_t{k++} * 250'000'000);
       votes.add(stamp, look, camera.T_body_camera);
-      map.trajectory.add(stamp, SE3::from_translation({x, 0, 0}));
+      map.trajectory.add(stamp, SE3::from_translation({x + off, 0, 0}));
     }
   }
   void stands(const Eigen::Vector3d& p) { map.loose_points.push_back(p); }
@@ -140,6 +140,79 @@ TEST(SightVotes, WhereSomebodyWasMetInPassingKnowledgeEnds) {
   EXPECT_TRUE(map.loose_points.empty());
   ASSERT_EQ(map.edges.size(), 1u);
   EXPECT_FALSE(map.edges[0].negative);
+}
+
+// Later looks see where one half of a person stood, a screen bars them from the other half.
+const Box kScreen{{0.5, 0.01, 0}, {0.6, 3, 1.5}};
+
+void stands_half_behind_the_screen(Drive& drive) {
+  for (const double y : {-0.17, -0.12, 0.12, 0.17}) drive.stands({1.82, y, 0.55});
+}
+
+TEST(SightVotes, OfAPersonHalfGoneNobodyKnowsTheOtherHalf) {
+  Drive drive;
+  stands_half_behind_the_screen(drive);
+  drive.see(4, {kPerson});
+  EXPECT_EQ(drive.result().loose_points.size(), 4u);
+  drive.see(4, {kScreen});
+  const PlanarMap map = drive.result();
+  EXPECT_TRUE(map.loose_points.empty());
+  ASSERT_EQ(map.edges.size(), 2u);
+  EXPECT_GT(map.edges[0].position_map.y(), 0);
+  EXPECT_FALSE(map.edges[0].negative);
+}
+
+TEST(SightVotes, WhatWasMetWithoutThePersonBesideItStays) {
+  const Box box{{1.8, 0.05, 0}, {2.0, 0.2, 0.6}};
+  Drive drive;
+  stands_half_behind_the_screen(drive);
+  drive.see(2, {box});
+  drive.see(4, {kPerson});
+  drive.see(4, {kScreen});
+  const PlanarMap map = drive.result();
+  ASSERT_EQ(map.loose_points.size(), 2u);
+  EXPECT_GT(map.loose_points[0].y(), 0);
+  EXPECT_TRUE(map.edges.empty());
+}
+
+// A person stood in line with the face of a box: one plane, which ends with the box again.
+TEST(SightVotes, WhatAPersonAddedToAPlaneIsCutOff) {
+  const Box box{{1.8, 0.2, 0}, {2.2, 0.6, 0.8}};
+  Drive drive;
+  drive.wall_of_person();
+  for (auto& p : drive.map.planes[0].outlines_map[0]) p.y() = p.y() > 0 ? 0.6 : -0.2;
+  drive.see(6, {kPerson, box});
+  drive.see(4, {box});
+  const PlanarMap map = drive.result();
+  ASSERT_EQ(map.planes.size(), 1u);
+  ASSERT_EQ(map.planes[0].outlines_map.size(), 1u);
+  double low = 9, high = -9;
+  for (const auto& p : map.planes[0].outlines_map[0]) {
+    low = std::min(low, p.y());
+    high = std::max(high, p.y());
+  }
+  EXPECT_NEAR(low, 0.2, 0.11);
+  EXPECT_NEAR(high, 0.6, 0.06);
+  EXPECT_NEAR(map.planes[0].area, 0.6 * (high - low), 0.05);
+}
+
+// A metre and a half off, they go past the wall as well: their path is wrong.
+TEST(SightVotes, LooksThatGoPastALargeWallTakeNothingAway) {
+  const Box post{{1.8, -0.2, 0}, {2.0, 0.2, 0.5}}, bar{{1.6, -0.12, 0}, {1.61, 0.12, 0.6}};
+  Drive drive;
+  drive.stands({1.82, 0, 0.4});
+  MapPlane wall;
+  wall.plane_map = Plane({-1, 0, 0}, -5);
+  wall.centroid_map = {5, 0, 0.8};
+  wall.outlines_map = {{{5, -2.5, 0}, {5, 2.5, 0}, {5, 2.5, 1.6}, {5, -2.5, 1.6}}};
+  wall.area = 8;
+  drive.map.planes.push_back(wall);
+  drive.see(6, {post});
+  drive.see(3, {}, -1.5, 1.5);
+  drive.see(3, {bar});
+  EXPECT_EQ(drive.result().loose_points.size(), 1u);
+  drive.see(3, {});
+  EXPECT_TRUE(drive.result().loose_points.empty());
 }
 
 // A rod of 4 mm, met from near; the image from afar has no pixel on it.

@@ -1,0 +1,72 @@
+// A few looks at a time, in squares of the ground.
+#include <lamina/apps/movers.hpp>
+
+#include <cmath>
+
+namespace lamina::apps {
+namespace {
+
+constexpr double kSquare = 0.05;     // m
+constexpr std::int64_t kReach = 10;  // squares: half a metre, a person's width, arms and all
+constexpr double kNear = 0.3;        // s: a look before or after, at five a second
+constexpr double kStood = 2;         // s in sight of one place: people walk on
+constexpr int kFewest = 4;           // places that have gone
+constexpr int kShare = 5;
+
+std::int64_t index(double x) { return static_cast<std::int64_t>(std::floor(x / kSquare)); }
+
+}  // namespace
+
+void Movers::add(Timestamp stamp, const std::vector<MetPlace>& met) {
+  while (told_ < looks_.size() && std::abs(stamp - looks_[told_].stamp) > kNear)
+    tell(looks_[told_++]);
+  while (told_ > 0 &&
+         (told_ == looks_.size() || std::abs(looks_[told_].stamp - looks_.front().stamp) > kNear)) {
+    looks_.pop_front();
+    --told_;
+  }
+  Look& look = looks_.emplace_back();
+  look.stamp = stamp;
+  for (const MetPlace& m : met) {
+    const Eigen::Vector3d& p = m.column->at_map(m.place);
+    const bool gone = m.column->free_again(m.place);
+    if (!gone) look.open.push_back(m);
+    if (!gone && m.column->met_for(m.place) <= kStood) continue;
+    Count& count = look.cells[{index(p.x()), index(p.y())}];
+    ++(gone ? count.gone : count.stood);
+  }
+}
+
+void Movers::finish() {
+  while (told_ < looks_.size()) tell(looks_[told_++]);
+  looks_.clear();
+  told_ = 0;
+}
+
+void Movers::tell(const Look& look) {
+  for (const MetPlace& m : look.open) {
+    const Eigen::Vector3d& p = m.column->at_map(m.place);
+    for (const Look& other : looks_) {
+      if (std::abs(other.stamp - look.stamp) > kNear || !beside(other, p)) continue;
+      m.column->count_beside(m.place);
+      break;
+    }
+  }
+}
+
+bool Movers::beside(const Look& look, const Eigen::Vector3d& p) const {
+  const std::int64_t i = index(p.x()), j = index(p.y());
+  Count sum;
+  for (std::int64_t a = i - kReach; a <= i + kReach; ++a) {
+    for (auto cell = look.cells.lower_bound({a, j - kReach});
+         cell != look.cells.end() && cell->first <= Cell{a, j + kReach}; ++cell) {
+      const std::int64_t di = a - i, dj = cell->first.second - j;
+      if (di * di + dj * dj > kReach * kReach) continue;
+      sum.gone += cell->second.gone;
+      sum.stood += cell->second.stood;
+    }
+  }
+  return sum.gone >= kFewest && kShare * sum.gone >= sum.gone + sum.stood;
+}
+
+}  // namespace lamina::apps

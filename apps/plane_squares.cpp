@@ -1,0 +1,122 @@
+// Strips of squares, counted and cut away.
+#include <lamina/apps/plane_squares.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <utility>
+
+#include <lamina/backend/boundaries.hpp>
+#include <lamina/models/polygon.hpp>
+
+namespace lamina::apps {
+namespace {
+
+constexpr double kSquare = 0.1;  // m
+constexpr double kFine = 0.05;   // m, of what is left of an outline; divides kSquare
+constexpr double kWide = 0.02;   // m a pixel that still sees a square
+constexpr double kFoot = 0.2;    // m above the ground
+
+OutlineGrid grid_of(const MapPlane& plane, const SE3& T_map_squares, double square) {
+  const SE3 T_squares_map = T_map_squares.inverse();
+  OutlineGrid grid(square);
+  for (const auto& outline : plane.outlines_map) {
+    std::vector<Eigen::Vector2d> corners;
+    for (const Eigen::Vector3d& p : outline) corners.push_back((T_squares_map * p).head<2>());
+    if (const auto polygon = Polygon::from_vertices(std::move(corners))) grid.add(*polygon);
+  }
+  return grid;
+}
+
+}  // namespace
+
+PlaneSquares::PlaneSquares(const MapPlane& plane, bool wall, PlaceColumns& columns) {
+  Eigen::Matrix3d R;
+  R.col(2) = plane.plane_map.normal();
+  R.col(0) = Eigen::Vector3d::UnitZ().cross(R.col(2)).normalized();
+  R.col(1) = R.col(2).cross(R.col(0));
+  T_map_squares_ = SE3(SO3(Eigen::Quaterniond(R)), plane.centroid_map);
+  std::map<std::int32_t, PlaceColumn> strips;
+  for (const auto& [i, j] : grid_of(plane, T_map_squares_, kSquare).cells()) {  // ascending
+    PlaceColumn& strip = strips.try_emplace(i, kWide).first->second;
+    strip.wall = wall;
+    strip.add(T_map_squares_ * (kSquare * Eigen::Vector3d(i + 0.5, j + 0.5, 0)));
+  }
+  for (auto& [i, strip] : strips) {
+    Strip& added = strips_.emplace_back();
+    added.i = i;
+    const std::size_t size = strip.size(), at = columns.add(std::move(strip));
+    for (std::size_t k = 0; k < size; ++k) added.seats.push_back({at, k});
+  }
+}
+
+PlaneSquares::Count PlaneSquares::count(const Strip& strip, const PlaceColumns& columns,
+                                        const GroundHits& ground) const {
+  Count found;
+  for (const Seat& seat : strip.seats) {
+    const PlaceColumn& column = columns[seat.column];
+    const Eigen::Vector3d& p = column.at_map(seat.place);
+    const auto z = ground.under(p);
+    if (z && p.z() - *z < kFoot) continue;
+    if (column.no_wall(seat.place)) {
+      ++found.no_wall;
+    } else if (column.went_along(seat.place)) {
+      ++found.went_along;
+    } else {
+      found.stands += column.met(seat.place);
+    }
+  }
+  return found;
+}
+
+PlaneSquares::Count PlaneSquares::count(const PlaceColumns& columns,
+                                        const GroundHits& ground) const {
+  Count sum;
+  for (const Strip& strip : strips_) {
+    const Count found = count(strip, columns, ground);
+    sum.no_wall += found.no_wall;
+    sum.went_along += found.went_along;
+    sum.stands += found.stands;
+  }
+  return sum;
+}
+
+void PlaneSquares::cut(MapPlane& plane, const PlaceColumns& columns, const GroundHits& ground,
+                       std::vector<EdgePoint>& ends) const {
+  std::set<std::int32_t> gone;
+  for (const Strip& strip : strips_) {
+    if (count(strip, columns, ground).gone()) gone.insert(strip.i);
+  }
+  if (gone.empty()) return;
+  PlaneLandmark left;
+  left.T_map_outline = T_map_squares_;
+  left.outline = OutlineGrid(kFine);
+  for (const auto& cell : grid_of(plane, T_map_squares_, kFine).cells()) {
+    const auto strip = static_cast<std::int32_t>(std::floor((cell.first + 0.5) * kFine / kSquare));
+    if (gone.count(strip) == 0) left.outline.add_cell(cell);
+  }
+  const auto outlines = outlines_map(left);
+  if (outlines.empty()) return;
+  plane.outlines_map = outlines;
+  for (const Strip& strip : strips_) {
+    if (gone.count(strip.i) > 0) add_ends(strip, columns, ends);
+  }
+  plane.ring_map = ring_map(left);
+  plane.area = left.outline.area();
+}
+
+void PlaneSquares::add_ends(const PlaceColumns& columns, std::vector<EdgePoint>& ends) const {
+  for (const Strip& strip : strips_) add_ends(strip, columns, ends);
+}
+
+void PlaneSquares::add_ends(const Strip& strip, const PlaceColumns& columns,
+                            std::vector<EdgePoint>& ends) const {
+  for (const Seat& seat : strip.seats) {
+    const PlaceColumn& column = columns[seat.column];
+    if (column.went_along(seat.place) && !column.no_wall(seat.place))
+      ends.push_back({column.at_map(seat.place), 0, false});
+  }
+}
+
+}  // namespace lamina::apps

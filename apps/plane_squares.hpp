@@ -1,0 +1,49 @@
+// Upright planes in squares, which looks are asked of.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <lamina/apps/ground_hits.hpp>
+#include <lamina/apps/place_votes.hpp>
+#include <lamina/models/planar_map.hpp>
+
+namespace lamina::apps {
+
+/// A place among all.
+struct Seat {
+  std::size_t column = 0, place = 0;
+};
+
+/// Squares of 10 cm of a plane that stands upright, in strips that stand upright, too.
+class PlaneSquares {
+ public:
+  PlaneSquares(const MapPlane& plane, bool wall, PlaceColumns& columns);
+
+  struct Count {
+    std::size_t no_wall = 0, went_along = 0, stands = 0;
+    /// More of it is no wall, or went along with what has gone, than stands.
+    bool gone() const { return no_wall + went_along > stands; }
+  };
+  /// Without those near the ground, which is met there instead.
+  Count count(const PlaceColumns& columns, const GroundHits& ground) const;
+  /// Takes the strips that are gone out of the plane's outlines. Where they only went along, `ends`
+  /// gets their squares.
+  void cut(MapPlane& plane, const PlaceColumns& columns, const GroundHits& ground,
+           std::vector<EdgePoint>& ends) const;
+  /// Adds the squares that only went along.
+  void add_ends(const PlaceColumns& columns, std::vector<EdgePoint>& ends) const;
+
+ private:
+  struct Strip {
+    std::int32_t i = 0;
+    std::vector<Seat> seats;
+  };
+  Count count(const Strip& strip, const PlaceColumns& columns, const GroundHits& ground) const;
+  void add_ends(const Strip& strip, const PlaceColumns& columns,
+                std::vector<EdgePoint>& ends) const;
+  SE3 T_map_squares_;
+  std::vector<Strip> strips_;
+};
+
+}  // namespace lamina::apps
