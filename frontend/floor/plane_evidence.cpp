@@ -9,6 +9,9 @@ namespace lamina {
 namespace {
 
 constexpr int kLook = 48;  // px: how far over missing pixels (shadows) to look for a neighbour
+// px: missing ones in a row over which a run goes on. What was not measured is no end of a surface;
+// more than a block's side is a gap between two things.
+constexpr int kHole = 8;
 
 // A row or a column of the image; the marks side by side.
 struct Line {
@@ -69,14 +72,16 @@ void scan(Line& line, const PlaneAlong& plane_along, float gate, const Take& tak
       continue;
     }
     int end = std::max(i + 1, line.skip(i, mark));
-    int gap = 0;  // single pixels of another label do not end a run
-    for (int k = end; k < line.length && gap < 2; ++k) {
+    int others = 0, missing = 0;  // single pixels of another label do not end a run
+    for (int k = end; k < line.length && others < 2 && missing <= kHole; ++k) {
       if (line.mark(k) == mark) {
         k = std::max(k, line.skip(k, mark) - 1);
         end = k + 1;
-        gap = 0;
+        others = missing = 0;
+      } else if (line.disparity(k) > 0) {
+        ++others;
       } else {
-        ++gap;
+        ++missing;
       }
     }
     plane_along(mark, line);
