@@ -1,6 +1,8 @@
 // Three sensors' mountings, one after the other.
 #include <lamina/apps/mounting_calibration.hpp>
 
+#include <spdlog/spdlog.h>
+
 #include <Eigen/LU>
 #include <algorithm>
 
@@ -79,12 +81,21 @@ std::optional<MountingCorrection> by_travel(const MountingError& error) {
 std::optional<MountingCorrection> by_turns(const MountingError& error) {
   constexpr double kStandsOut = 13.8;  // chi-squared of 2 dof, one in a thousand
   constexpr double kLeast = 0.005;     // m: wheels turn about no finer a point
-  constexpr double kMost = 0.06;       // m: more is no error but a mounting nobody stated
+  // Beyond what the estimate's own prior holds possible it is no error but another frame: wheels
+  // that turn about another point than the body's origin.
+  constexpr double kMost = 3 * MountingError::kPlacePrior;
   const auto found = error.place();
   if (!found) return std::nullopt;
   const double chi2 = found->value.dot(found->covariance.inverse() * found->value);
   const double off = found->value.norm();
-  if (chi2 < kStandsOut || off < kLeast || off > kMost) return std::nullopt;
+  if (chi2 < kStandsOut || off < kLeast) return std::nullopt;
+  if (off > kMost) {
+    spdlog::warn(
+        "scanner sits ({:+.1f}, {:+.1f}) cm from where turns of the wheels have it: more than "
+        "mountings err ({:.0f} cm), left as stated",
+        100 * found->value.x(), 100 * found->value.y(), 100 * kMost);
+    return std::nullopt;
+  }
   return MountingCorrection{Eigen::Vector3d::Zero(), {-found->value.x(), -found->value.y(), 0}};
 }
 

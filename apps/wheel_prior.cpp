@@ -11,13 +11,15 @@ using Matrix = WheelErrors::Matrix;
 constexpr int kDirection = 3, kPlace = 4;
 constexpr double kNone = 1e-5;  // a sigma: as calibrated
 constexpr double kPlaceTold = 13.8;
-constexpr double kMiddle = 0.001;                         // m
-constexpr double kLeastPlace = 0.005, kMostPlace = 0.06;  // m
+constexpr double kMiddle = 0.001;               // m
+constexpr double kPlaceSigma = 0.03;            // m
+constexpr double kLeastPlace = 0.005;           // m
+constexpr double kMostPlace = 3 * kPlaceSigma;  // m: more is another frame
 
 }  // namespace
 
 WheelPrior::WheelPrior(const Eigen::Vector2d& c)
-    : sigmas_(WheelErrors::of(0.03, 0.02, 0.01, 0.026, 0.03, 0.03)),
+    : sigmas_(WheelErrors::of(0.03, 0.02, 0.01, 0.026, kPlaceSigma, kPlaceSigma)),
       to_camera_(Matrix::Identity()) {
   to_camera_.block<2, 1>(kPlace, kDirection) = Eigen::Vector2d(c.y(), -c.x());
   if (c.norm() < kMiddle) fix_place();

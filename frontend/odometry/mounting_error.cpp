@@ -14,7 +14,6 @@ namespace {
 
 constexpr double kTurns = 0.3, kTravels = 0.2;      // rad, m: what a piece tells by
 constexpr double kBySlip = 0.02, kByMatch = 0.005;  // m per sqrt(m), m: relative weights
-constexpr double kPlacePrior = 0.03;                // m
 constexpr int kLeastTravelling = 20, kLeastTurning = 6;
 constexpr double kOutlier = 2.5;  // sigmas
 constexpr int kRounds = 6;

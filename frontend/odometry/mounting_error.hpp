@@ -19,6 +19,8 @@ namespace lamina {
 /// out.
 class MountingError {
  public:
+  static constexpr double kPlacePrior = 0.03;  ///< m, 1-sigma: how far off a place is said
+
   void add(const PairedMotion& piece);
 
   /// psi (rad): to be taken off the stated heading. Sigma is the largest of what the residuals of

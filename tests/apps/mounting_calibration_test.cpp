@@ -124,6 +124,16 @@ TEST(MountingCalibration, APlaceToldByTurnsMovesPathLoopsAndScans) {
   EXPECT_TRUE(calibrate_mountings(other, loops, true).empty());
 }
 
+// Five centimetres along both axes are a mounting measured badly.
+TEST(MountingCalibration, APlaceOffByCentimetresAlongBothAxesIsCorrected) {
+  const MountingCorrection error{Eigen::Vector3d::Zero(), {0.05, -0.05, 0}};
+  std::vector<Step> steps = drive(error.apply(kMounted), 200, SensorKind::kLidar, 0.1);
+  std::vector<LoopClosure> loops;
+  ASSERT_EQ(calibrate_mountings(steps, loops, true).size(), 1);
+  EXPECT_LT((steps[4].scan->lidar.T_body_lidar.translation() - kMounted.translation()).norm(),
+            0.005);
+}
+
 TEST(MountingCalibration, WhatIsInOrderStays) {
   std::vector<Step> steps = drive(kMounted, 200);
   std::vector<LoopClosure> loops;
