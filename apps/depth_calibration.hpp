@@ -2,19 +2,28 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include <lamina/frontend/floor/depth_distortion.hpp>
 #include <lamina/frontend/floor/floor_options.hpp>
+#include <lamina/frontend/floor/leveling.hpp>
 #include <lamina/io/metrics.hpp>
 #include <lamina/sensors/recording.hpp>
 
 namespace lamina::apps {
 
-/// The slow bend of the images as planes in some 120 of them show it, spread over the recording
-/// (over its first 1,200 where the source cannot say how many it has); empty where they show none
-/// or `ended` asks to stop. What was found goes to the log and to the counts of `metrics`.
-/// `recording` is used up.
-DepthDistortion calibrate_depth(Recording& recording, const FloorOptions& options,
-                                io::Metrics& metrics, const std::function<bool()>& ended);
+/// What some 120 images share, spread over the recording.
+struct DepthLook {
+  DepthDistortion bend;  ///< as planes show it; empty where they show none
+  /// How the camera is mounted, against its calibration, where that is so wrong in tilt and height
+  /// that no image shows a floor where it should be, and the floors seen instead agree.
+  std::optional<Leveling> mounting;
+};
+
+/// Looks over the recording (over its first 1,200 images where the source cannot say how many it
+/// has); nothing is found where `ended` asks to stop. What was found goes to the log and to the
+/// counts of `metrics`. `recording` is used up.
+DepthLook calibrate_depth(Recording& recording, const FloorOptions& options, io::Metrics& metrics,
+                          const std::function<bool()>& ended);
 
 }  // namespace lamina::apps

@@ -21,7 +21,12 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
   };
   if (settings.calibrate_depth && depth) {
     look("depth_calibration", [&](Recording& all) {
-      front_end.correct_depth(calibrate_depth(all, settings.floor, metrics, input.ended));
+      const SE3 T_body_camera = all.calibration().depth_camera->camera.T_body_camera;
+      const DepthLook found = calibrate_depth(all, settings.floor, metrics, input.ended);
+      front_end.correct_depth(found.bend);
+      if (planar && settings.floor.self_calibrate && found.mounting) {
+        front_end.begin_remounted(T_body_camera, *found.mounting);
+      }
     });
   }
   Sweep sweep{settings.sweep != 0, {}};

@@ -70,6 +70,10 @@ class FrontEnd {
   void correct_depth(DepthDistortion distortion) { distortion_ = std::move(distortion); }
   /// The body stands tilted where the recording begins; before the first measurement.
   void begin_tilted(const TiltedStart& start);
+  /// The depth camera sits otherwise than calibrated; before the first measurement.
+  void begin_remounted(const SE3& T_body_camera_calibrated, const Leveling& mounting) {
+    floor_.begin(T_body_camera_calibrated, mounting);
+  }
   /// How a level scanner's mounting is wrong; before the first scan.
   void correct_level_scanner(const MountingCorrection& correction) { level_scanner_ = correction; }
   /// s, of scans that do not say; before the first scan.

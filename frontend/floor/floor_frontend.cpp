@@ -148,6 +148,7 @@ void FloorFrontend::begin(const SE3& T_body_camera_calibrated, const Leveling& m
   state_->judge.begin(T_body_camera_calibrated, mounting);
 }
 
+bool FloorFrontend::calibration_wrong() const { return state_->judge.calibration_wrong(); }
 bool FloorFrontend::floor_off() const { return state_->judge.off(); }
 void FloorFrontend::believe_knocks(bool believed) { state_->judge.believe_knocks(believed); }
 

@@ -41,6 +41,9 @@ class FloorFrontend {
   /// The last floor was not what the tracked mounting expects.
   bool floor_off() const;
 
+  /// Frame after frame showed one and the same floor where the calibration has none.
+  bool calibration_wrong() const;
+
   /// Of the last depth frame (frontend/floor/blocks.hpp): ObstacleScanner need not make them again.
   const DisparityImage& disparities() const;
 

@@ -22,6 +22,8 @@ class FloorJudge {
   void begin(const SE3& T_body_camera_calibrated, const Leveling& mounting) {
     tracker_.begin(T_body_camera_calibrated, mounting);
   }
+  /// Frame after frame contradicted it with one and the same floor.
+  bool calibration_wrong() const { return calibration_wrong_; }
   /// MountingTracker::off().
   bool off() const { return tracker_.off(); }
   /// MountingTracker::believe_knocks(), for the frames to come.

@@ -25,6 +25,7 @@ class BentRecording final : public Recording {
         {Plane({0, 0, 1}, 0)}, {Plane({-std::cos(heading), -std::sin(heading), 0}, -far)}};
     DepthFrame frame = testing::draw(pieces, camera_, 0.02, static_cast<std::uint64_t>(given_));
     frame.stamp = Timestamp::from_seconds(0.1 * t);
+    frame.camera.camera.T_body_camera = said * camera_.camera.T_body_camera;
     for (std::size_t i = 0; i < frame.raw.size(); ++i) {
       if (frame.raw[i] == 0) continue;
       const double x = static_cast<double>(i % 160) / 79.5 - 1;
@@ -34,10 +35,13 @@ class BentRecording final : public Recording {
     }
     return frame;
   }
+  std::optional<std::int64_t> depth_hint() const override { return hint; }
   const Calibration& calibration() const override { return calibration_; }
   std::map<std::string, std::int64_t> skipped() const override { return {}; }
 
   std::optional<int> breaks_at;
+  std::optional<std::int64_t> hint;
+  SE3 said;  ///< what the calibration has the camera moved by
 
  private:
   int frames_, given_ = 0;
@@ -49,7 +53,7 @@ class BentRecording final : public Recording {
 TEST(DepthCalibration, TakesTheBendOut) {
   BentRecording recording(300, 0.3);
   io::Metrics metrics;
-  const DepthDistortion found = calibrate_depth(recording, {}, metrics, [] { return false; });
+  const DepthDistortion found = calibrate_depth(recording, {}, metrics, [] { return false; }).bend;
   ASSERT_FALSE(found.empty());
   // Between the middle of a row and its ends, and half way: constants and slopes are not told.
   const auto at = [&](std::size_t u) { return static_cast<double>(found.field()[60 * 160 + u]); };
@@ -61,17 +65,33 @@ TEST(DepthCalibration, TakesTheBendOut) {
 TEST(DepthCalibration, LeavesStraightImagesAlone) {
   BentRecording recording(300, 0);
   io::Metrics metrics;
-  EXPECT_TRUE(calibrate_depth(recording, {}, metrics, [] { return false; }).empty());
+  EXPECT_TRUE(calibrate_depth(recording, {}, metrics, [] { return false; }).bend.empty());
   EXPECT_EQ(metrics.counts.count("depth_bend_rms_px"), 0U);
+}
+
+// Tilt alone is followed from the first image on; tilt and height together look like a ramp, image
+// after image, and what is seen until that is disbelieved would lie askew in the map.
+TEST(DepthCalibration, AMountingWrongInTiltAndHeightIsFound) {
+  io::Metrics metrics;
+  BentRecording right(45, 0), wrong(45, 0);
+  right.hint = wrong.hint = 45;
+  EXPECT_FALSE(calibrate_depth(right, {}, metrics, [] { return false; }).mounting);
+  wrong.said = SE3(SO3::rot_y(0.04) * SO3::rot_x(0.03), {0, 0, 0.06});
+  const auto found = calibrate_depth(wrong, {}, metrics, [] { return false; }).mounting;
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->roll, -0.03, 0.005);
+  EXPECT_NEAR(found->pitch, -0.04, 0.005);
+  EXPECT_NEAR(found->height, 0.8, 0.01);
+  EXPECT_NEAR(metrics.counts["camera_start_height_m"], found->height, 1e-12);
 }
 
 TEST(DepthCalibration, EndsWithTheUserOrTheFile) {
   io::Metrics metrics;
   BentRecording ended(300, 0.3);
-  EXPECT_TRUE(calibrate_depth(ended, {}, metrics, [] { return true; }).empty());
+  EXPECT_TRUE(calibrate_depth(ended, {}, metrics, [] { return true; }).bend.empty());
   BentRecording broken(300, 0.3);
   broken.breaks_at = 50;
-  EXPECT_TRUE(calibrate_depth(broken, {}, metrics, [] { return false; }).empty());
+  EXPECT_TRUE(calibrate_depth(broken, {}, metrics, [] { return false; }).bend.empty());
 }
 
 }  // namespace
