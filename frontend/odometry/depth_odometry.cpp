@@ -157,8 +157,10 @@ std::optional<SE3> DepthOdometry::search(const DepthBlocks& current, const Expec
       if (gain(current, a.T_world_camera, tried.T_world_camera) <= 0.5 * best) continue;
       align(current, start, e.information, tried, 0, 2);
     }
-    const double gained = e.by_wheels ? gain(current, a.T_world_camera, tried.T_world_camera)
-                                      : fit(current, tried.T_world_camera) - as_it_is;
+    // Without wheels it must fit more in all, and of what both have in view: along a bare wall any
+    // place fits, and that which shares more of the view would win.
+    double gained = gain(current, a.T_world_camera, tried.T_world_camera);
+    if (!e.by_wheels) gained = std::min(gained, fit(current, tried.T_world_camera) - as_it_is);
     if (gained <= best || (e.by_wheels && !slipped(a, tried, T_body_camera))) continue;
     best = gained;
     better = start;

@@ -80,5 +80,31 @@ TEST(DepthOdometry, ASwayingBodyIsNotTurnedOverBeforeAWall) {
   EXPECT_LT(e.translation().norm(), 0.15);
 }
 
+// A camera looks sideways at a wall and the floor before it, and goes on along them once the end of
+// the wall is out of view. A start turned aside comes to rest further along, where more of the last
+// view is in sight: more fits, of what fits anywhere.
+TEST(DepthOdometry, ABareWallDoesNotSlideAside) {
+  const Planes bare = {{Eigen::Vector3d::UnitZ(), 0}, {-Eigen::Vector3d::UnitY(), -2.4}};
+  Planes with_end = bare;
+  with_end.emplace_back(Eigen::Vector3d::UnitX(), -0.9);
+  const SE3 aside(SO3::rot_z(M_PI / 2) * SO3::rot_y(0.35), Eigen::Vector3d::Zero());
+  Camera camera;
+  DepthOdometry odometry;
+  const auto pose = [](double t) {
+    return SE3(SO3::rot_z(0.05 * std::sin(2 * t)) * SO3::rot_x(0.02 * std::sin(6 * t)),
+               Eigen::Vector3d(0.5 * t, 0, 0.02 * std::sin(7 * t)));
+  };
+  SE3 T_start_body;
+  for (int i = 0; i <= 20; ++i) {
+    const double t = 0.1 * i;
+    DepthFrame frame = camera.see(i < 10 ? with_end : bare, pose(t) * aside, t);
+    frame.camera.camera.T_body_camera = aside * frame.camera.camera.T_body_camera;
+    T_start_body = T_start_body * odometry.process(frame).T_prev_curr_body;
+  }
+  const SE3 e = (pose(0).inverse() * pose(2)).inverse() * T_start_body;
+  EXPECT_LT(e.so3().log().norm(), 0.02);
+  EXPECT_LT(e.translation().norm(), 0.1);
+}
+
 }  // namespace
 }  // namespace lamina
