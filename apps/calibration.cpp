@@ -144,6 +144,38 @@ Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options,
   return {false, ended() ? std::nullopt : watch.found()};
 }
 
+std::optional<WheelScale::Found> find_wheel_scale(Recording& recording, const Settings& settings,
+                                                  const FrontEnd& told, io::Metrics& metrics,
+                                                  const std::function<bool()>& ended) {
+  if (!recording.calibration().odometry.planar) return std::nullopt;
+  constexpr int kMostWithoutWheels = 100;  // scans
+  int without = 0;
+  WheelScale scale(recording.calibration().odometry);
+  io::Metrics of_look;
+  FrontEnd front_end(settings, recording.calibration());
+  front_end.look_by_scans(told);
+  try {
+    while (!ended() && without < kMostWithoutWheels && !scale.told_enough()) {
+      const auto measurement = recording.next_light();
+      if (!measurement) break;
+      const auto* scan = std::get_if<LaserScan>(&*measurement);
+      if (scan && !is_level(scan->lidar.T_body_lidar, settings.scan_odometry.max_tilt)) continue;
+      if (!scan && !std::holds_alternative<Odometry>(*measurement)) continue;
+      const auto step = front_end.process(*measurement, of_look);
+      if (!step || !step->scan_motion) continue;
+      without = step->wheels_moved ? 0 : without + 1;
+      scale.add(step->wheels_moved, step->scan_motion->by_scans_alone);
+    }
+  } catch (const Error&) {  // the run itself comes to it, and says so
+  }
+  const auto found = scale.found();
+  if (ended() || !found || !WheelScale::stands_out(*found)) return std::nullopt;
+  spdlog::info("wheels corrected by: scale {:+.4f} +- {:.4f}, told by scans over {:.0f} m",
+               found->scale, found->sigma, found->way);
+  metrics.counts["wheel_scale_correction"] = found->scale;
+  return found;
+}
+
 WheelTrack all_wheels(Recording& recording, const std::function<bool()>& ended) {
   WheelTrack wheels(recording.calibration().odometry);
   try {

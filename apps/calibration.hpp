@@ -41,6 +41,13 @@ void tell_sweep(const SweepFinder::Found& found, io::Metrics& metrics);
 Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options,
                  const std::function<bool()>& ended);
 
+/// A first look over the scans of level scanners on wheels, for the wheels' scale (WheelScale),
+/// until that is told; nullopt where it does not stand out. `told` has been told all else of the
+/// scanners. `recording` is used up.
+std::optional<WheelScale::Found> find_wheel_scale(Recording& recording, const Settings& settings,
+                                                  const FrontEnd& told, io::Metrics& metrics,
+                                                  const std::function<bool()>& ended);
+
 /// All odometry of a recording: what a scan's beams went through comes after its stamp.
 /// `recording` is used up.
 WheelTrack all_wheels(Recording& recording, const std::function<bool()>& ended);

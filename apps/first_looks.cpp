@@ -91,6 +91,12 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
       if (lean) front_end.correct_level_scanner(*lean);
     });
   }
+  if (settings.calibrate_wheels) {
+    look("wheel_scale", [&](Recording& all) {
+      const auto scale = find_wheel_scale(all, settings, front_end, metrics, input.ended);
+      if (scale) front_end.begin_wheels(*scale);
+    });
+  }
 }
 
 }  // namespace lamina::apps

@@ -25,7 +25,8 @@ struct Rereadable {
 };
 
 /// Looks over the recording for the bend and slopes of depth images, a scanner's sweep, its lean,
-/// and the clocks of both, as far as settings ask for them, and tells the front-end. The recording
+/// the clocks of both, and the wheels' scale, as far as settings ask for them, and tells the
+/// front-end. The recording
 /// is at its beginning afterwards.
 void look_ahead(const Rereadable& input, FrontEnd& front_end);
 

@@ -90,29 +90,6 @@ bool FrontEnd::meet(Timestamp stamp) {
   return true;
 }
 
-// What the wheels say of the way from one measurement to the next. Logs without odometry often hold
-// one of zeros: wheels that never moved are no longer asked once scans tell of a way.
-std::optional<Increment> FrontEnd::measured_way(const std::optional<Timestamp>& from,
-                                                Timestamp to) const {
-  if (last_scan_ && !wheels_.moved()) {
-    constexpr double kWay = 0.2;  // m, or rad
-    const SE3 way = first_step_->inverse() * T_start_scan_body_;
-    if (way.translation().norm() > kWay || way.so3().log().norm() > kWay) return std::nullopt;
-  }
-  return from ? wheels_.between(*from, to) : std::nullopt;
-}
-
-// The same less what was learned of their lawful errors.
-std::optional<Increment> FrontEnd::driven(const std::optional<Timestamp>& from,
-                                          Timestamp to) const {
-  return less_lawful_errors(measured_way(from, to));
-}
-
-std::optional<Increment> FrontEnd::less_lawful_errors(
-    const std::optional<Increment>& measured) const {
-  return measured && planar_ ? learned_.corrected(*measured) : measured;
-}
-
 // Where up is at the start: along the body, unless that is known to stand tilted.
 Eigen::Vector3d FrontEnd::up_map() const {
   const SO3& R = first_step_->so3();
@@ -174,7 +151,8 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
   std::optional<MotionGuess> guess;
   const std::optional<Increment> wheels = measured_way(last_scan_, scan.stamp);
   if (const auto moved = less_lawful_errors(wheels)) {
-    guess = MotionGuess{moved->T_from_to, moved->covariance};
+    guess = MotionGuess{moved->T_from_to,
+                        scans_tell_scale_ ? of_unknown_scale(*moved) : moved->covariance};
     step.wheels_moved = wheels->T_from_to;
   } else if (!scanned_of_late(scan.stamp)) {
     guess = bridged_since_scan();

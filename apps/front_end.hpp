@@ -8,6 +8,7 @@
 #include <lamina/apps/image_track.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/apps/wheel_learning.hpp>
+#include <lamina/apps/wheel_scale.hpp>
 #include <lamina/apps/wheel_track.hpp>
 #include <lamina/frontend/floor/depth_distortion.hpp>
 #include <lamina/frontend/floor/floor_frontend.hpp>
@@ -82,6 +83,11 @@ class FrontEnd {
   void watch_for_sweep() { sweep_watch_.emplace(); }
   /// Odometry of the whole recording, for the motion within scans alone; before the first scan.
   void look_ahead(WheelTrack wheels) { wheels_ahead_ = std::move(wheels); }
+  /// What is known of the wheels' scale; before the first measurement.
+  void begin_wheels(const WheelScale::Found& found) { learned_.begin(found.scale, found.sigma); }
+  /// A first look by scans alone, which know what `other` was told of scanners: along a corridor,
+  /// too, they tell the way as well as they can.
+  void look_by_scans(const FrontEnd& other);
   /// Lets the body tilt where the ground does: where no image motions come later (offline) to say.
   void follow_slopes() { follow_slopes_ = true; }
   /// Lets images tell motions beside wheels where there is no scanner: where no second look comes
@@ -113,7 +119,7 @@ class FrontEnd {
            last_scan, T_start_scan_body, since_scan, scan_step, scan_interval, last_image,
            T_start_image, image_velocity, skipped, ground_returns, last_slope, last_two_slopes,
            slopes_seen, knocks, last_sight, since_image, lifted_since_scan, ever_lifted,
-           follow_slopes, images_beside_wheels, sweep_watch] = v;
+           follow_slopes, images_beside_wheels, sweep_watch, scans_tell_scale] = v;
     static_cast<void>(follow_slopes);         // of the mode
     static_cast<void>(images_beside_wheels);  // likewise
     static_cast<void>(distortion);            // of the recording, before it is mapped
@@ -122,6 +128,7 @@ class FrontEnd {
     static_cast<void>(planar);                // of the calibration
     static_cast<void>(max_tilt);              // of the settings
     static_cast<void>(wheels_ahead);          // of the recording, before it is mapped
+    static_cast<void>(scans_tell_scale);      // of such a look
     static_cast<void>(obstacles);             // keeps buffers alone
     a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, learned, met, images,
       segments, scan_odometry, T_start_body, last_step, last_told, last_scan, T_start_scan_body,
@@ -186,6 +193,7 @@ class FrontEnd {
   bool meet(Timestamp stamp);
   std::optional<Increment> measured_way(const std::optional<Timestamp>& from, Timestamp to) const;
   std::optional<Increment> less_lawful_errors(const std::optional<Increment>& measured) const;
+  Matrix6d of_unknown_scale(const Increment& wheels) const;
   std::optional<Increment> driven(const std::optional<Timestamp>& from, Timestamp to) const;
 
   DepthDistortion distortion_;            // taken out of depth images
@@ -229,6 +237,7 @@ class FrontEnd {
   bool follow_slopes_ = false;
   bool images_beside_wheels_ = false;
   std::optional<SweepWatch> sweep_watch_;
+  bool scans_tell_scale_ = false;
 };
 
 }  // namespace lamina::apps

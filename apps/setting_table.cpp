@@ -124,8 +124,10 @@ std::vector<Setting> segment_rows() {
       LAMINA_ROW(
           "mountings.calibrate", calibrate_mountings,
           "offline: ground, travel, turns and shared walls correct how scanner and camera sit"),
-      LAMINA_ROW("wheels.calibrate", calibrate_wheels,
-                 "images and wheels, offline: a first map tells scale and drift of the wheels"),
+      LAMINA_ROW(
+          "wheels.calibrate", calibrate_wheels,
+          "offline: a first look by scans tells the wheels' scale; without scans a first map of "
+          "images scale and drift"),
       LAMINA_ROW("wheels.images", images_beside_wheels,
                  "without a scanner: depth images tell motions better than wheels, which may slip"),
       LAMINA_ROW("slopes.follow", follow_slopes,

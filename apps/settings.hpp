@@ -44,10 +44,10 @@ struct Settings {
   SegmentOptions segments;
   TrackingOptions tracking;
   ScanOdometryOptions scan_odometry;
-  bool close_loops = true;       ///< look for places met again by matching scans
-  bool calibrate_depth = true;   ///< offline: planes tell a slow bend of the depth image
-  bool calibrate_wheels = true;  ///< offline, images and wheels: estimate the wheels' errors first
-  bool follow_slopes = true;     ///< images tell height and tilt where the ground slopes
+  bool close_loops = true;           ///< look for places met again by matching scans
+  bool calibrate_depth = true;       ///< offline: planes tell a slow bend of the depth image
+  bool calibrate_wheels = true;      ///< offline: estimate the wheels' errors first
+  bool follow_slopes = true;         ///< images tell height and tilt where the ground slopes
   bool images_beside_wheels = true;  ///< offline: depth images tell the motions wheels told, too
   bool calibrate_mountings = true;   ///< offline: what is seen corrects where sensors sit
   LoopCloserOptions loops;

@@ -24,6 +24,11 @@ Eigen::Vector3d first_sigmas() { return {kScale, kDrift, kTurnScale}; }
 
 WheelLearning::WheelLearning() : covariance_(first_sigmas().cwiseAbs2().asDiagonal()) {}
 
+void WheelLearning::begin(double scale, double sigma) {
+  errors_(0) = scale;
+  covariance_(0, 0) = sigma * sigma;
+}
+
 void WheelLearning::add(const std::optional<Increment>& by_wheels,
                         const std::optional<SE3>& by_scans) {
   if (by_wheels && by_scans) {

@@ -21,6 +21,8 @@ namespace lamina::apps {
 class WheelLearning {
  public:
   WheelLearning();
+  /// The scale is known so well before the first piece.
+  void begin(double scale, double sigma);
   /// The body's motion since the last call, by wheels as measured and by scans; nullopt where one
   /// of them does not tell it: the piece begins anew.
   void add(const std::optional<Increment>& by_wheels, const std::optional<SE3>& by_scans);

@@ -60,6 +60,16 @@ TEST(WheelLearning, LearnsScaleDriftAndTurns) {
   EXPECT_LT((corrected_path.translation() - true_path.translation()).norm(), 0.2);
 }
 
+// What a look over the recording told is taken out from the first step on.
+TEST(WheelLearning, BeginsWithWhatIsKnown) {
+  WheelLearning learning;
+  const Increment one{SE3::planar(0.1, 0, 0.02), Matrix6d::Identity()};
+  EXPECT_EQ(learning.corrected(one).T_from_to.translation(), one.T_from_to.translation());
+  learning.begin(-0.02, 0.002);
+  EXPECT_NEAR(learning.corrected(one).T_from_to.translation().x(), 0.098, 1e-5);
+  EXPECT_DOUBLE_EQ(learning.corrected(one).T_from_to.so3().yaw(), 0.02);
+}
+
 // Their own noise on a straight way is no sign that turns are counted short.
 TEST(WheelLearning, AStraightWayTellsNothingOfTurns) {
   Drive drive(3);

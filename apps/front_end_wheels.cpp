@@ -1,0 +1,52 @@
+// What wheels say of the way, less what is known to be wrong with them.
+#include <cmath>
+
+#include <lamina/apps/front_end.hpp>
+
+namespace lamina::apps {
+
+void FrontEnd::look_by_scans(const FrontEnd& other) {
+  level_scanner_ = other.level_scanner_;
+  sweep_ = other.sweep_;
+  wheels_ahead_ = other.wheels_ahead_;
+  scans_tell_scale_ = true;
+}
+
+// Logs without odometry often hold one of zeros: wheels that never moved are no longer asked once
+// scans tell of a way.
+std::optional<Increment> FrontEnd::measured_way(const std::optional<Timestamp>& from,
+                                                Timestamp to) const {
+  if (last_scan_ && !wheels_.moved()) {
+    constexpr double kWay = 0.2;  // m, or rad
+    const SE3 way = first_step_->inverse() * T_start_scan_body_;
+    if (way.translation().norm() > kWay || way.so3().log().norm() > kWay) return std::nullopt;
+  }
+  return from ? wheels_.between(*from, to) : std::nullopt;
+}
+
+// The same less what was learned of their lawful errors.
+std::optional<Increment> FrontEnd::driven(const std::optional<Timestamp>& from,
+                                          Timestamp to) const {
+  return less_lawful_errors(measured_way(from, to));
+}
+
+std::optional<Increment> FrontEnd::less_lawful_errors(
+    const std::optional<Increment>& measured) const {
+  return measured && planar_ ? learned_.corrected(*measured) : measured;
+}
+
+// Wheels as a start for scans, not sure of their scale. In the local map, of length L, an error of
+// scale is the same in every step: it displaces scans by scale L, as steps t of independent noise
+// do with a variance of scale^2 L |t| each.
+Matrix6d FrontEnd::of_unknown_scale(const Increment& wheels) const {
+  constexpr double kScale = 0.05;
+  const ScanOdometryOptions& options = scan_odometry_.options();
+  const double length = options.key_scans * options.key_translation;
+  Matrix6d covariance = wheels.covariance;
+  const Eigen::Vector3d& t = wheels.T_from_to.translation();
+  if (const double way = t.norm(); way > 0)
+    covariance.topLeftCorner<3, 3>() += kScale * kScale * length / way * t * t.transpose();
+  return covariance;
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,91 @@
+// Robust sums of pieces of the way.
+#include <lamina/apps/wheel_scale.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lamina::apps {
+namespace {
+
+constexpr double kPieceWay = 1, kPieceTurn = 0.5;  // m, rad
+constexpr double kScanShift = 0.015;               // m: of a piece's two ends by scans
+constexpr std::size_t kPiecesOfSum = 5, kLeastSums = 6;
+constexpr double kNoiseWord = 6;  // sums
+constexpr std::size_t kMostPieces = 150, kEnoughPieces = 60;
+constexpr double kEnough = 0.001;
+constexpr double kBeyond = 3, kStandsOut = 4;  // sigmas
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+void WheelScale::add(const std::optional<SE3>& by_wheels, const std::optional<SE3>& by_scans) {
+  if (by_wheels && by_scans) {
+    piece_.add(*by_wheels, *by_scans);
+    variance_ += increment_covariance(model_, *by_wheels)(0, 0);
+    if (piece_.way < kPieceWay && piece_.turn < kPieceTurn) return;
+    const Eigen::Vector2d t = piece_.wheels.translation().head<2>();
+    // On a piece that hardly leads anywhere the length says nothing of the scale.
+    if (t.norm() > kPieceWay / 2) {
+      const double along = piece_.scans.translation().head<2>().dot(t) / t.norm();
+      pieces_.push_back({t.norm(), along, variance_ + kScanShift * kScanShift});
+    }
+  }
+  piece_ = {};
+  variance_ = 0;
+}
+
+std::vector<WheelScale::Piece> WheelScale::lawful() const {
+  std::vector<double> values;
+  for (const Piece& p : pieces_) values.push_back(p.scans / p.wheels);
+  const double middle = median(values);
+  for (double& value : values) value = std::abs(value - middle);
+  const double scatter = 1.4826 * median(values);  // a Gaussian's sigma
+  std::vector<Piece> kept;
+  for (const Piece& p : pieces_) {
+    if (std::abs(p.scans / p.wheels - middle) <= kBeyond * scatter) kept.push_back(p);
+  }
+  return kept;
+}
+
+std::optional<WheelScale::Found> WheelScale::found() const {
+  if (pieces_.size() < kPiecesOfSum * kLeastSums) return std::nullopt;
+  const std::vector<Piece> kept = lawful();
+  const std::size_t sums = kept.size() / kPiecesOfSum;
+  if (sums < kLeastSums || 3 * kept.size() < 2 * pieces_.size()) return std::nullopt;
+  double wheels = 0, scans = 0, by_noise = 0;
+  for (const Piece& p : kept) {
+    wheels += p.wheels;
+    scans += p.scans;
+    by_noise += p.variance;
+  }
+  const double scale = scans / wheels - 1;
+  double by_scatter = 0;
+  for (std::size_t i = 0; i < sums; ++i) {
+    double off = 0;
+    for (std::size_t k = i * kPiecesOfSum; k < (i + 1) * kPiecesOfSum; ++k)
+      off += kept[k].scans - (1 + scale) * kept[k].wheels;
+    by_scatter += off * off;
+  }
+  const double n = static_cast<double>(sums);
+  // Both are variances of the sum of all; the mean is one sum's worth less.
+  const double variance = (n * by_scatter + kNoiseWord * by_noise) / (n - 1 + kNoiseWord);
+  return Found{scale, std::sqrt(variance) / wheels, wheels};
+}
+
+bool WheelScale::told_enough() const {
+  if (pieces_.size() >= kMostPieces) return true;
+  if (pieces_.size() < kEnoughPieces || pieces_.size() % kPiecesOfSum != 0) return false;
+  const auto so_far = found();
+  return so_far && so_far->sigma <= kEnough;
+}
+
+bool WheelScale::stands_out(const Found& found) {
+  return std::abs(found.scale) >= kStandsOut * found.sigma;
+}
+
+}  // namespace lamina::apps
