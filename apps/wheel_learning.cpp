@@ -27,6 +27,7 @@ WheelLearning::WheelLearning() : covariance_(first_sigmas().cwiseAbs2().asDiagon
 void WheelLearning::begin(double scale, double sigma) {
   errors_(0) = scale;
   covariance_(0, 0) = sigma * sigma;
+  scale_known_ = true;
 }
 
 void WheelLearning::add(const std::optional<Increment>& by_wheels,
@@ -69,7 +70,7 @@ Increment WheelLearning::corrected(const Increment& by_wheels) const {
   Eigen::Vector3d used = Eigen::Vector3d::Zero();  // 1 or 0
   for (int k = 0; k < 3; ++k) {
     const bool alone = errors_(k) * errors_(k) >= kAloneStandsOut * covariance_(k, k);
-    used(k) = all || alone ? 1 : 0;
+    used(k) = all || alone || (k == 0 && scale_known_) ? 1 : 0;
   }
   if (used.isZero()) return by_wheels;
   const SE3& T = by_wheels.T_from_to;

@@ -21,7 +21,8 @@ namespace lamina::apps {
 class WheelLearning {
  public:
   WheelLearning();
-  /// The scale is known so well before the first piece.
+  /// The scale is known so well before the first piece: it is taken out always, and goes on to be
+  /// learned.
   void begin(double scale, double sigma);
   /// The body's motion since the last call, by wheels as measured and by scans; nullopt where one
   /// of them does not tell it: the piece begins anew.
@@ -37,7 +38,7 @@ class WheelLearning {
   /// For archives (models/archive.hpp).
   template <class A>
   friend void fields(A& a, WheelLearning& v) {
-    a(v.errors_, v.covariance_, v.piece_, v.noise_);
+    a(v.errors_, v.covariance_, v.piece_, v.noise_, v.scale_known_);
   }
 
  private:
@@ -48,6 +49,7 @@ class WheelLearning {
   Eigen::Matrix3d covariance_;
   PairedMotion piece_;                 // since it began
   Matrix6d noise_ = Matrix6d::Zero();  // the covariance of its wheels
+  bool scale_known_ = false;           // from the beginning
 };
 
 }  // namespace lamina::apps
