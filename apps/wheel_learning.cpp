@@ -67,11 +67,8 @@ void WheelLearning::hear(double value, double sigma, const Eigen::Vector3d& grad
 
 Increment WheelLearning::corrected(const Increment& by_wheels) const {
   const bool all = errors_.dot(covariance_.inverse() * errors_) >= kStandsOut;
-  Eigen::Vector3d used = Eigen::Vector3d::Zero();  // 1 or 0
-  for (int k = 0; k < 3; ++k) {
-    const bool alone = errors_(k) * errors_(k) >= kAloneStandsOut * covariance_(k, k);
-    used(k) = all || alone || (k == 0 && scale_known_) ? 1 : 0;
-  }
+  const bool alone = errors_(0) * errors_(0) >= kAloneStandsOut * covariance_(0, 0);
+  const Eigen::Vector3d used(all || alone || scale_known_ ? 1 : 0, all ? 1 : 0, all ? 1 : 0);
   if (used.isZero()) return by_wheels;
   const SE3& T = by_wheels.T_from_to;
   const double way = T.translation().norm(), yaw = T.so3().yaw();

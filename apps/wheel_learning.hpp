@@ -28,8 +28,8 @@ class WheelLearning {
   /// of them does not tell it: the piece begins anew.
   void add(const std::optional<Increment>& by_wheels, const std::optional<SE3>& by_scans);
   /// The wheels' motion less what was learned, its covariance with what is not known of it; as it
-  /// is while the errors do not stand out from chance (chi-squared 16, or 9 of one that is then
-  /// taken out alone).
+  /// is while the errors do not stand out from chance: chi-squared 16, or 9 of the scale, that is
+  /// then taken out alone. Drift and turns scans tell by themselves.
   Increment corrected(const Increment& by_wheels) const;
   /// Scale (1), drift (rad/m), turn scale (1), and their covariance.
   const Eigen::Vector3d& errors() const { return errors_; }
