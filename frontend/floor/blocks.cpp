@@ -241,16 +241,23 @@ float nth_smallest(std::vector<float>& values, std::size_t n) {
 }  // namespace
 
 double noise_scale(const BlockImage& blocks, double disparity_sigma) {
-  std::vector<float> variances;
+  if (!(disparity_sigma > 0)) return 1.0;
+  std::vector<float> variances, of_holed;
   variances.reserve(blocks.blocks.size());
-  const float full = 0.9F * static_cast<float>(blocks.size * blocks.size);
+  const float pixels = static_cast<float>(blocks.size * blocks.size);
   const float model = static_cast<float>(disparity_sigma * disparity_sigma);
   for (const Block& block : blocks.blocks) {
-    if (block.n < full) continue;
+    if (block.n < 0.5F * pixels || block.n <= 3) continue;
     const float jitter = std::min(6 * model, jitter_variance(block.a, block.b));
-    variances.push_back((block.sse / (block.n - 3) - jitter) / model);
+    (block.n < 0.9F * pixels ? of_holed : variances)
+        .push_back((block.sse / (block.n - 3) - jitter) / model);
   }
-  if (variances.size() < 20 || !(disparity_sigma > 0)) return 1.0;
+  // Blocks with holes lie at edges in most images. Where nearly all have holes, pixels are missing
+  // everywhere, and these blocks are as good as others.
+  if (10 * variances.size() < of_holed.size()) {
+    variances.insert(variances.end(), of_holed.begin(), of_holed.end());
+  }
+  if (variances.size() < 20) return 1.0;
   const float quarter = nth_smallest(variances, variances.size() / 4);
   return std::sqrt(std::clamp(static_cast<double>(quarter), 1.0, 16.0));
 }

@@ -1,6 +1,8 @@
 // Blocks and sums in disparity: exact on planes, blind to stray pixels.
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include <lamina/frontend/floor/blocks.hpp>
 
 #include "depth_scene.hpp"
@@ -183,6 +185,43 @@ TEST(Noise, ScaleFollowsANoisierSensor) {
       loud(draw({floor_piece()}, camera, 3 * sigma));
   EXPECT_NEAR(noise_scale(quiet.blocks, sigma), 1, 0.1);
   EXPECT_NEAR(noise_scale(loud.blocks, sigma), 3, 0.4);
+}
+
+// A third of the pixels missing everywhere leaves no block nine tenths full: those that are half
+// full tell the noise as well.
+TEST(Noise, ScaleIsMeasuredInImagesFullOfHoles) {
+  const DepthCamera camera = testing::small_test_camera(0.445);
+  const double sigma = camera.noise.disparity_sigma;
+  for (const double factor : {1.0, 3.0}) {
+    const DepthFrame whole = draw({floor_piece()}, camera, factor * sigma);
+    const double expected = noise_scale(Blocks(whole).blocks, sigma);
+    for (const double share : {0.15, 0.22, 0.33}) {
+      DepthFrame frame = whole;
+      std::mt19937 random(7);
+      for (auto& raw : frame.raw) {
+        if (static_cast<double>(random()) < share * 4294967296.0) raw = 0;
+      }
+      EXPECT_NEAR(noise_scale(Blocks(frame).blocks, sigma), expected, 0.07 * factor) << share;
+    }
+  }
+}
+
+// Blocks with holes that lie at edges do not count beside full ones.
+TEST(Noise, HolesAtEdgesDoNotCountBesideFullBlocks) {
+  const DepthCamera camera = test_camera();
+  const double sigma = camera.noise.disparity_sigma;
+  const Blocks full(draw({floor_piece()}, camera, sigma));
+  BlockImage some = full.blocks;
+  std::size_t holed = 0;
+  for (std::size_t i = 0; i < some.blocks.size() && 5 * holed < 4 * some.blocks.size(); ++i) {
+    Block& block = some.blocks[i];
+    if (!(block.n == 64) || i % 6 == 0) continue;
+    block.n = 40;
+    block.sse *= 100;
+    ++holed;
+  }
+  EXPECT_GT(holed, some.blocks.size() / 3);
+  EXPECT_NEAR(noise_scale(some, sigma), 1, 0.15);
 }
 
 // A room's corner over a cupboard's: at a quarter of the pixels most places twelve blocks apart lie
