@@ -80,36 +80,53 @@ void PixelLabeller::rename(std::span<const std::int16_t> renamed) {
     if (label < 0) continue;
     majority_[i] = renamed[static_cast<std::size_t>(label)];
     if (is_border[i] != 0 || majority_[i] == label) continue;
-    const Window w = window(static_cast<int>(i));
-    fill_block(out_->data() + w.offset, image_->width, w.width, w.height,
-               static_cast<std::uint8_t>(majority_[i] + 1));
+    fill(static_cast<int>(i), static_cast<std::uint8_t>(majority_[i] + 1));
   }
 }
 
-// Blocks with a whole ring of their own kind are filled; the others make the border.
+// The block's measured pixels.
+void PixelLabeller::fill(int block, std::uint8_t mark) {
+  const Window w = window(block);
+  std::uint8_t* out = out_->data() + w.offset;
+  const int size = blocks_->size;
+  if (blocks_->blocks[static_cast<std::size_t>(block)].n >= static_cast<float>(size * size)) {
+    fill_block(out, image_->width, w.width, w.height, mark);
+    return;
+  }
+  for (int v = 0; v < w.height; ++v, out += image_->width) {
+    const float* const d = image_->row(w.v0 + v) + w.u0;
+    for (int u = 0; u < w.width; ++u) out[u] = d[u] > 0 ? mark : std::uint8_t{0};
+  }
+}
+
+// No pixel of the block was taken out as an outlier: its sums hold all that were measured.
+bool PixelLabeller::is_untouched(int block) const {
+  const Window w = window(block);
+  int measured = 0;
+  for (int v = 0; v < w.height; ++v) {
+    const float* const d = image_->row(w.v0 + v) + w.u0;
+    for (int u = 0; u < w.width; ++u) measured += d[u] > 0;
+  }
+  return blocks_->blocks[static_cast<std::size_t>(block)].n == static_cast<float>(measured);
+}
+
+// Blocks with a whole ring of their own kind are filled, those that lack pixels as well: tested one
+// by one, the pixels of a wall whose noise is underrated would become obstacles before it. The
+// others make the border, and so do blocks with outliers.
 void PixelLabeller::fill_inner(const PlaneRegions& regions) {
   const auto labels = regions.labels();
   const float whole = static_cast<float>(blocks_->size * blocks_->size);
   majority_.assign(labels.begin(), labels.end());
   find_inner(labels, static_cast<std::size_t>(blocks_->columns), inner_, across_);
-  int i = 0;
-  std::size_t offset = 0;
-  const int size = blocks_->size;
-  for (int v0 = 0; v0 < image_->height; v0 += size) {
-    const int height = std::min(image_->height - v0, size);
-    for (int u0 = 0; u0 < image_->width; u0 += size, ++i) {
-      const int width = std::min(image_->width - u0, size);
-      std::uint8_t* const to = out_->data() + offset + u0;
-      const Block& block = blocks_->blocks[static_cast<std::size_t>(i)];
-      const std::int16_t label = inner_[static_cast<std::size_t>(i)];
-      if (label < 0 || block.n < whole) {
-        if (block.n > 0) border_.push_back(neighbours_of(regions, i));
-        continue;
-      }
-      fill_block(to, image_->width, width, height, static_cast<std::uint8_t>(label + 1));
-      sums_[static_cast<std::size_t>(label)] += block.sums();
+  for (int i = 0; i < static_cast<int>(blocks_->blocks.size()); ++i) {
+    const Block& block = blocks_->blocks[static_cast<std::size_t>(i)];
+    const std::int16_t label = inner_[static_cast<std::size_t>(i)];
+    if (label < 0 || (block.n < whole && !is_untouched(i))) {
+      if (block.n > 0) border_.push_back(neighbours_of(regions, i));
+      continue;
     }
-    offset += static_cast<std::size_t>(height) * static_cast<std::size_t>(image_->width);
+    fill(i, static_cast<std::uint8_t>(label + 1));
+    sums_[static_cast<std::size_t>(label)] += block.sums();
   }
 }
 

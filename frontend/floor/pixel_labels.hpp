@@ -9,11 +9,11 @@
 
 namespace lamina {
 
-/// Labels of pixels: region index + 1, 0: none. Blocks amid their own kind are filled; in all
-/// others a pixel goes to the plane of a block around (two blocks' reach) that fits it best. The
-/// planes are then refitted on their own pixels, and the border is settled again until they rest:
-/// blocks that held two surfaces no longer bend thin planes. Sums, planes and pixels of the regions
-/// are renewed.
+/// Labels of pixels: region index + 1, 0: none. Blocks amid their own kind are filled (missing
+/// pixels stay 0), but for those with outliers; in all others a pixel goes to the plane of a block
+/// around (two blocks' reach) that fits it best. The planes are then refitted on their own pixels,
+/// and the border is settled again until they rest: blocks that held two surfaces no longer bend
+/// thin planes. Sums, planes and pixels of the regions are renewed.
 class PixelLabeller {
  public:
   struct Candidates {
@@ -53,6 +53,8 @@ class PixelLabeller {
     float weight, offset;
   };
   Window window(int block) const;
+  void fill(int block, std::uint8_t mark);
+  bool is_untouched(int block) const;
   void fill_inner(const PlaneRegions& regions);
   bool label_border(const PlaneRegions& regions, float sigmas, bool again, float band);
   Border neighbours_of(const PlaneRegions& regions, int block) const;
