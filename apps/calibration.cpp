@@ -76,12 +76,14 @@ void follow_level_scans(Recording& recording, const ScanOdometryOptions& options
 
 }  // namespace
 
-void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, bool remounting,
-                    io::Metrics& metrics, const std::function<bool()>& ended) {
-  if (!wheels_and_images_alone(steps)) return;
+std::optional<Eigen::Vector3d> correct_wheels(std::vector<Step>& steps,
+                                              const MapperOptions& options, bool remounting,
+                                              io::Metrics& metrics,
+                                              const std::function<bool()>& ended) {
+  if (!wheels_and_images_alone(steps)) return std::nullopt;
   const auto timer = metrics.time("wheels");
   const auto found = calibrate_wheels(steps, options, remounting, ended);
-  if (!found) return;
+  if (!found) return std::nullopt;
   const WheelErrors::Vector& value = found->errors.value;
   const WheelErrors::Vector sigma = found->errors.covariance.diagonal().cwiseSqrt();
   const double turned = found->cameras.rotation_body.z() / kDegree;
@@ -97,6 +99,7 @@ void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, bool
   metrics.counts["camera_turned_z_deg"] += turned;
   metrics.counts["camera_moved_x_cm"] += cm.x();
   metrics.counts["camera_moved_y_cm"] += cm.y();
+  return sigma.head<3>();
 }
 
 void correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops, bool planar,

@@ -13,9 +13,11 @@
 namespace lamina::apps {
 
 /// calibrate_wheels() where there are no scans, with its corrections in the log and among the
-/// counts of `metrics`.
-void correct_wheels(std::vector<Step>& steps, const MapperOptions& options, bool remounting,
-                    io::Metrics& metrics, const std::function<bool()>& ended);
+/// counts of `metrics`. Sigmas of scale, drift (rad/m) and turn scale where they were corrected.
+std::optional<Eigen::Vector3d> correct_wheels(std::vector<Step>& steps,
+                                              const MapperOptions& options, bool remounting,
+                                              io::Metrics& metrics,
+                                              const std::function<bool()>& ended);
 
 /// calibrate_mountings(), likewise.
 void correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops, bool planar,

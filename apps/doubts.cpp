@@ -37,6 +37,18 @@ std::vector<std::string> doubts(const std::string& input, const FrontEnd& front_
         "guess there, off by part of that way",
         metrics.counts["scans_with_open_direction"], way));
   }
+  // Planners leave a robot that much room. Where most of the way was seen, planes met again hold
+  // much of the rest, and the figure is an upper bound.
+  const bool most = metrics.counts["by_wheels_alone_m"] > 0.5 * metrics.counts["path_m"];
+  const double noticed = most ? 0.25 : 0.5;  // m
+  if (const double off = metrics.counts["by_wheels_alone_sigma_m"]; off > noticed) {
+    all.push_back(fmt::format(
+        "wheels alone told {:.0f} of {:.0f} m of way ({:.0f} m how long it was, {:.0f} m the "
+        "heading: what was seen left these open): by what is known of the wheels the path is "
+        "likely off by some {:.1f} m, and the map with it",
+        metrics.counts["by_wheels_alone_m"], metrics.counts["path_m"],
+        metrics.counts["way_by_wheels_alone_m"], metrics.counts["heading_by_wheels_alone_m"], off));
+  }
   const double open = metrics.counts["steps_with_open_direction"];
   if (open > 0.5 * steps) {
     all.push_back(fmt::format(

@@ -202,6 +202,8 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
     step.open_direction = !guess && motion.status == ScanMotion::Status::kDegenerate;
   }
   point_up(step);
+  scan_left_ = step.wheels_moved && level ? motion.left_to_wheels : LeftToWheels();
+  step.left_to_wheels = scan_left_;
   lifted_since_scan_.reset();
   T_start_scan_body_ = T_start_body;
   if (last_scan_) {
@@ -265,6 +267,7 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
   depth_seen_ = true;
   Step step;
   std::optional<Increment> moved = driven(last_step_, frame.stamp);
+  if (moved && scanned_of_late(frame.stamp)) step.left_to_wheels = scan_left_;
   FloorResult floor;
   {
     const auto timer = metrics.time("floor");
@@ -336,6 +339,7 @@ std::optional<Step> FrontEnd::process_cloud(const CloudFrame& cloud, io::Metrics
   depth_seen_ = true;
   Step step;
   std::optional<Increment> moved = driven(last_step_, cloud.stamp);
+  if (moved && scanned_of_late(cloud.stamp)) step.left_to_wheels = scan_left_;
   const auto timer = metrics.time("floor");
   const FloorResult floor = floor_.process(cloud);
   step.observations = floor.to_observations();

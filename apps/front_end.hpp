@@ -37,6 +37,7 @@ struct Step {
   bool tracking_lost = false;
   /// An image, or a scan without wheels, told the motion, but not in all directions.
   bool open_direction = false;
+  LeftToWheels left_to_wheels;            ///< where scans or images were asked, too
   bool by_image = false;                  ///< images alone told the motion
   bool slopes = false;                    ///< an image; of late the ground changed its slope
   SE3 T_start_body;                       ///< all motions so far, chained: dead reckoning
@@ -105,6 +106,8 @@ class FrontEnd {
   bool met_wheels() const { return wheels_met_ && planar_; }
   /// Odometry of any kind told motions of frames or scans.
   bool met_odometry() const { return wheels_met_; }
+  /// Lawful errors that the wheels may have still (scale, drift, turn scale), 1-sigma.
+  Eigen::Vector3d wheel_errors_left() const { return learned_.left(); }
   /// Images in which the ground changes its slope.
   std::int64_t slopes_seen() const { return slopes_seen_; }
   /// Measurements that were left out, by reason.
@@ -119,7 +122,7 @@ class FrontEnd {
            last_scan, T_start_scan_body, since_scan, scan_step, scan_interval, last_image,
            T_start_image, image_velocity, skipped, ground_returns, last_slope, last_two_slopes,
            slopes_seen, knocks, last_sight, since_image, lifted_since_scan, ever_lifted,
-           follow_slopes, images_beside_wheels, sweep_watch, scans_tell_scale] = v;
+           follow_slopes, images_beside_wheels, sweep_watch, scans_tell_scale, scan_left] = v;
     static_cast<void>(follow_slopes);         // of the mode
     static_cast<void>(images_beside_wheels);  // likewise
     static_cast<void>(distortion);            // of the recording, before it is mapped
@@ -134,7 +137,7 @@ class FrontEnd {
       segments, scan_odometry, T_start_body, last_step, last_told, last_scan, T_start_scan_body,
       since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns,
       last_slope, last_two_slopes, slopes_seen, knocks, last_sight, since_image, lifted_since_scan,
-      ever_lifted, sweep, sweep_watch);
+      ever_lifted, sweep, sweep_watch, scan_left);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -238,6 +241,7 @@ class FrontEnd {
   bool images_beside_wheels_ = false;
   std::optional<SweepWatch> sweep_watch_;
   bool scans_tell_scale_ = false;
+  LeftToWheels scan_left_;  // by the last scan, and as likely between it and the next
 };
 
 }  // namespace lamina::apps

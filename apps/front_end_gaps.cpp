@@ -94,6 +94,7 @@ Increment FrontEnd::beside_wheels(const DepthFrame& frame, Step& step, const Inc
       follow_slopes_ && slopes_of_late(frame.stamp) ? tilting(wheels) : wheels;
   const ImageMotionTold told =
       images_.add(mounted, last_image_, MotionGuess{expected.T_from_to, expected.covariance});
+  step.left_to_wheels = told.left_to_wheels;
   if (told.first || !told.known || told.doubtful) return wheels;
   step.by_image = true;
   return told.increment;

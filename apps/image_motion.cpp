@@ -12,6 +12,7 @@ namespace {
 
 struct Told {
   std::vector<std::optional<Increment>> motions;  // of the steps, where images tell them
+  std::vector<LeftToWheels> left_to_wheels;       // where they were asked
   std::optional<MountingCorrection> mounting;
 };
 
@@ -19,7 +20,9 @@ Told look(Recording& recording, const DepthDistortion& distortion, const std::ve
           const std::function<bool()>& ended) {
   DepthOdometry odometry;
   CameraAgainstWheels camera(camera_place(steps), odometry.options());
-  Told told{std::vector<std::optional<Increment>>(steps.size()), {}};
+  Told told{std::vector<std::optional<Increment>>(steps.size()),
+            std::vector<LeftToWheels>(steps.size()),
+            {}};
   std::size_t i = 0;
   bool follows = false;  // the image of the step before was seen
   while (!ended()) {
@@ -33,13 +36,14 @@ Told look(Recording& recording, const DepthDistortion& distortion, const std::ve
     distortion.correct(*frame);
     frame->camera.camera.T_body_camera = step.observations.T_body_sensor;
     const Increment& wheels = step.motion;
-    const DepthMotion motion =
-        odometry.process(*frame, MotionGuess{wheels.T_from_to, wheels.covariance});
+    const MotionGuess guess{wheels.T_from_to, wheels.covariance};
+    const DepthMotion motion = odometry.process(*frame, guess);
     const bool measured = motion.status == ScanMotion::Status::kTracked ||
                           motion.status == ScanMotion::Status::kDegenerate;
     const bool known = follows && told_by_wheels(step);
     if (known && measured && !motion.doubtful)
       told.motions[i] = Increment{motion.T_prev_curr_body, motion.covariance};
+    if (known) told.left_to_wheels[i] = left_to_wheels(motion, guess);
     camera.add(known ? std::optional(wheels) : std::nullopt, motion);
     follows = true;
     ++i;
@@ -62,6 +66,7 @@ MotionsByImages refine_motions_by_images(const OpenRecording& open,
     told = look(*open(), distortion, steps, ended);
   }
   for (std::size_t i = 0; i < steps.size(); ++i) {
+    steps[i].left_to_wheels = told.left_to_wheels[i];
     if (!told.motions[i]) continue;
     steps[i].motion = *told.motions[i];
     ++result.told;

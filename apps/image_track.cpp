@@ -14,6 +14,7 @@ ImageMotionTold ImageTrack::add(const DepthFrame& frame, std::optional<Timestamp
   told.known = motion.status != ScanMotion::Status::kPredicted;
   told.open_direction = motion.status == ScanMotion::Status::kDegenerate;
   told.doubtful = motion.doubtful;
+  if (guess && !told.first) told.left_to_wheels = lamina::left_to_wheels(motion, *guess);
   // Over longer gaps motion is not extrapolated: what an image leaves open, nothing tells then.
   const bool far = before && frame.stamp - *before > odometry_.options().max_step;
   told.lost = !told.known || motion.doubtful || (told.open_direction && far) ||

@@ -5,6 +5,7 @@
 
 #include <lamina/apps/wheel_track.hpp>
 #include <lamina/frontend/odometry/depth_odometry.hpp>
+#include <lamina/frontend/odometry/left_to_wheels.hpp>
 
 namespace lamina::apps {
 
@@ -15,6 +16,7 @@ struct ImageMotionTold {
   bool known = false;           ///< measured in some directions at least
   bool open_direction = false;  ///< but not in all
   bool doubtful = false;        ///< may be the motion of what moved
+  LeftToWheels left_to_wheels;  ///< where these were asked
   bool lost = false;            ///< not believed as all that tells the motion
 };
 

@@ -14,6 +14,7 @@
 #include <lamina/apps/rim_votes.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/apps/sight_votes.hpp>
+#include <lamina/apps/wheel_path.hpp>
 #include <lamina/apps/window_log.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/io/metrics.hpp>
@@ -32,6 +33,7 @@ class MapOutput {
 
   io::Metrics metrics;
   WindowLog window;
+  WheelPath wheel_path;
   const std::filesystem::path& folder() const { return folder_; }
 
   /// Keeps the step's scan for scans.csv and the occupancy grid.

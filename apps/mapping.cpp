@@ -187,8 +187,11 @@ Mapper map_offline(Run& run) {
   const bool ended_before = run.interrupt.interrupted();
   const auto ended = [&] { return run.interrupt.interrupted() && !ended_before; };
   const bool wheels = run.front_end.met_wheels();
-  if (settings.calibrate_wheels && wheels)
-    correct_wheels(steps, options, settings.calibrate_mountings, output.metrics, ended);
+  if (settings.calibrate_wheels && wheels) {
+    const auto sigmas =
+        correct_wheels(steps, options, settings.calibrate_mountings, output.metrics, ended);
+    if (sigmas) output.wheel_path.know(*sigmas);
+  }
   if (run.open_again && settings.images_beside_wheels && run.front_end.met_odometry()) {
     correct_motions_by_images(run.open_again, run.front_end.depth_distortion(), steps,
                               settings.calibrate_mountings && wheels, output.metrics, ended);
@@ -357,6 +360,7 @@ int run_map(const MapRequest& request) {
   }
   output.set_clocks(clocks);
   output.metrics.counts["checkpoints"] = static_cast<double>(checkpoint.saves());
+  if (front_end.met_wheels()) output.wheel_path.tell(front_end.wheel_errors_left(), output.metrics);
   output.write(mapper, request.online);
   if (!live && !interrupted) checkpoint.finish();
   if (page) page->finished(request.output);

@@ -36,10 +36,10 @@ namespace apps {
 
 template <class A>
 void fields(A& a, Step& v) {
-  auto& [observations, motion, known, lost, open, by_image, slopes, T_start_body, scan, scan_motion,
-         wheels_moved, obstacles, T_level, ground, sight] = v;
-  a(observations, motion, known, lost, open, by_image, slopes, T_start_body, scan, scan_motion,
-    wheels_moved, obstacles, T_level, ground, sight);
+  auto& [observations, motion, known, lost, open, left, by_image, slopes, T_start_body, scan,
+         scan_motion, wheels_moved, obstacles, T_level, ground, sight] = v;
+  a(observations, motion, known, lost, open, left, by_image, slopes, T_start_body, scan,
+    scan_motion, wheels_moved, obstacles, T_level, ground, sight);
 }
 
 }  // namespace apps

@@ -65,10 +65,20 @@ void WheelLearning::hear(double value, double sigma, const Eigen::Vector3d& grad
   covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
 }
 
-Increment WheelLearning::corrected(const Increment& by_wheels) const {
+// 1 for errors that are taken out, 0 for the others.
+Eigen::Vector3d WheelLearning::used() const {
   const bool all = errors_.dot(covariance_.inverse() * errors_) >= kStandsOut;
   const bool alone = errors_(0) * errors_(0) >= kAloneStandsOut * covariance_(0, 0);
-  const Eigen::Vector3d used(all || alone || scale_known_ ? 1 : 0, all ? 1 : 0, all ? 1 : 0);
+  return {all || alone || scale_known_ ? 1.0 : 0.0, all ? 1.0 : 0.0, all ? 1.0 : 0.0};
+}
+
+Eigen::Vector3d WheelLearning::left() const {
+  const Eigen::Vector3d stay = (1 - used().array()) * errors_.array();
+  return (covariance_.diagonal() + stay.cwiseAbs2()).cwiseSqrt();
+}
+
+Increment WheelLearning::corrected(const Increment& by_wheels) const {
+  const Eigen::Vector3d used = this->used();
   if (used.isZero()) return by_wheels;
   const SE3& T = by_wheels.T_from_to;
   const double way = T.translation().norm(), yaw = T.so3().yaw();

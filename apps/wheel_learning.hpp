@@ -31,6 +31,8 @@ class WheelLearning {
   /// is while the errors do not stand out from chance: chi-squared 16, or 9 of the scale, that is
   /// then taken out alone. Drift and turns scans tell by themselves.
   Increment corrected(const Increment& by_wheels) const;
+  /// 1-sigma of what is left in corrected(): scale (1), drift (rad/m), turn scale (1).
+  Eigen::Vector3d left() const;
   /// Scale (1), drift (rad/m), turn scale (1), and their covariance.
   const Eigen::Vector3d& errors() const { return errors_; }
   const Eigen::Matrix3d& covariance() const { return covariance_; }
@@ -42,6 +44,7 @@ class WheelLearning {
   }
 
  private:
+  Eigen::Vector3d used() const;
   void compare();
   void hear(double value, double sigma, const Eigen::Vector3d& gradient);
 

@@ -207,6 +207,9 @@ void ScanOdometry::fill(const Prediction& prediction, const LineMatch& match,
         squares(options_.sigma_translation + moved, options_.sigma_rotation + turned);
   }
   if (wheels) {
+    Matrix6d seen = Matrix6d::Zero();
+    if (!lost) set_planar_block(match.information, seen);
+    motion.left_to_wheels = left_to_wheels(seen, wheels->covariance, lifted(step));
     motion.covariance = wheels->covariance;
   } else {
     const double h = options_.sigma_height, l = options_.sigma_level;

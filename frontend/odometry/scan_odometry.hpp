@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include <lamina/frontend/odometry/left_to_wheels.hpp>
 #include <lamina/frontend/odometry/likelihood_grid.hpp>
 #include <lamina/frontend/odometry/line_matcher.hpp>
 #include <lamina/frontend/odometry/scan_points.hpp>
@@ -68,6 +69,7 @@ struct ScanMotion {
   double matched = 0;          ///< fraction of scan points found in the local map
   bool searched = false;       ///< a correlative search was needed
   int iterations = 0;
+  LeftToWheels left_to_wheels;  ///< where these were asked
 };
 
 /// Aligns each scan with a map of the last key scans by match_lines(); when too little of it fits,
@@ -136,7 +138,7 @@ class ScanOdometry {
 template <class A>
 void fields(A& a, ScanMotion& v) {
   a(v.T_prev_curr_body, v.covariance, v.by_scans_alone, v.status, v.unknown_directions, v.matched,
-    v.searched, v.iterations);
+    v.searched, v.iterations, v.left_to_wheels);
 }
 
 }  // namespace lamina

@@ -42,5 +42,22 @@ TEST(Doubts, ScansAloneInABareCorridorAreTold) {
   EXPECT_TRUE(doubts("recording", front_end, metrics).empty());
 }
 
+TEST(Doubts, AWayByWheelsAloneIsToldWhereItMatters) {
+  const FrontEnd front_end({}, {});
+  io::Metrics metrics;
+  metrics.counts = {{"steps", 1000},
+                    {"path_m", 52},
+                    {"by_wheels_alone_m", 48},
+                    {"way_by_wheels_alone_m", 47},
+                    {"heading_by_wheels_alone_m", 30},
+                    {"by_wheels_alone_sigma_m", 1.3}};
+  const auto told = doubts("recording", front_end, metrics);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("wheels alone told 48 of 52 m"), std::string::npos) << told[0];
+  EXPECT_NE(told[0].find("off by some 1.3 m"), std::string::npos) << told[0];
+  metrics.counts["by_wheels_alone_sigma_m"] = 0.1;
+  EXPECT_TRUE(doubts("recording", front_end, metrics).empty());
+}
+
 }  // namespace
 }  // namespace lamina::apps

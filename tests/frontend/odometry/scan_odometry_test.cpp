@@ -119,6 +119,8 @@ TEST(ScanOdometry, CorridorIsDegenerateAlongAndTakesTheWheels) {
     if (i == 0) continue;
     EXPECT_EQ(m.status, ScanMotion::Status::kDegenerate);
     EXPECT_EQ(m.unknown_directions, 1);
+    EXPECT_TRUE(m.left_to_wheels.way);
+    EXPECT_FALSE(m.left_to_wheels.heading);
     EXPECT_GT(m.covariance(0, 0), 0.019 * 0.019);
     EXPECT_LT(m.covariance(1, 1), 0.005 * 0.005);
   }

@@ -1,0 +1,83 @@
+// Errors and noise carried from step to step in the body's tangent.
+#include <lamina/apps/wheel_path.hpp>
+
+#include <cmath>
+#include <utility>
+
+#include <lamina/backend/wheel_errors.hpp>
+
+namespace lamina::apps {
+namespace {
+
+constexpr double kDelta = 1e-4;      // of an error, for differences
+constexpr double kFoundAgain = 1.0;  // m
+constexpr int kYaw = 5;
+
+// The motion of a step, of wheels with errors e.
+SE3 with_errors(const Step& step, const Eigen::Vector3d& e) {
+  const SE3& T = step.motion.T_from_to;
+  const LeftToWheels& left = step.left_to_wheels;
+  const double turning = left.heading ? 1 : 0;
+  const SE3 off =
+      corrected(T, WheelErrors::of(left.way ? e(0) : 0, turning * e(1), turning * e(2)));
+  return left.way ? off : SE3(off.so3(), T.translation());
+}
+
+// Its stated noise, ahead and in heading.
+Matrix6d noise_of(const Step& step, double moved) {
+  Vector6d along = Vector6d::Zero();
+  along.head<3>() = step.motion.T_from_to.translation() / moved;
+  const Matrix6d& C = step.motion.covariance;
+  Matrix6d noise = Matrix6d::Zero();
+  if (step.left_to_wheels.way) noise = along.dot(C * along) * along * along.transpose();
+  if (step.left_to_wheels.heading) noise(kYaw, kYaw) = C(kYaw, kYaw);
+  return noise;
+}
+
+}  // namespace
+
+void WheelPath::add(const Step& step) {
+  if (!std::exchange(begun_, true)) return;
+  const SE3& T = step.motion.T_from_to;
+  const LeftToWheels& left = step.left_to_wheels;
+  const double moved = T.translation().norm();
+  const Matrix6d J = T.inverse().adjoint();
+  off_ = (J * off_).eval();
+  noise_ = (J * noise_ * J.transpose()).eval();
+  if (moved > 0 && (left.way || left.heading)) {
+    for (int k = 0; k < 3; ++k) {
+      const Eigen::Vector3d d = kDelta * Eigen::Vector3d::Unit(k);
+      off_.col(k) += (with_errors(step, -d).inverse() * with_errors(step, d)).log() / (2 * kDelta);
+    }
+    noise_ += noise_of(step, moved);
+    alone_ += moved;
+  }
+  if (left.way) way_ += moved;
+  if (left.heading) heading_ += moved;
+  held_ = left.heading ? 0 : held_ + moved;
+  if (held_ > kFoundAgain) {
+    off_.row(kYaw).setZero();
+    noise_.row(kYaw).setZero();
+    noise_.col(kYaw).setZero();
+  }
+  const auto place = off_.topRows<2>();
+  sum_off_ += moved * place.transpose() * place;
+  sum_noise_ += moved * noise_.topLeftCorner<2, 2>().trace();
+  path_ += moved;
+}
+
+double WheelPath::sigma(const Eigen::Vector3d& sigmas) const {
+  if (!(path_ > 0)) return 0;
+  const double lawful = sigmas.cwiseMin(known_).cwiseAbs2().dot(sum_off_.diagonal());
+  return std::sqrt((lawful + sum_noise_) / path_);
+}
+
+void WheelPath::tell(const Eigen::Vector3d& sigmas, io::Metrics& metrics) const {
+  if (!(alone_ > 0)) return;
+  metrics.counts["by_wheels_alone_m"] = alone_;
+  metrics.counts["way_by_wheels_alone_m"] = way_;
+  metrics.counts["heading_by_wheels_alone_m"] = heading_;
+  metrics.counts["by_wheels_alone_sigma_m"] = sigma(sigmas);
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,44 @@
+// How far a path may be off where wheels alone told it.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+
+#include <lamina/apps/front_end.hpp>
+#include <lamina/io/metrics.hpp>
+
+namespace lamina::apps {
+
+/// Follows what wheels that are wrong do to the path over the steps that were left to them
+/// (Step::left_to_wheels). They err alike in every step by scale, drift and turn scale
+/// (WheelErrors), and by their stated noise, a random walk. Headings off by it are taken to be
+/// found again once what was seen told the heading over a metre in a row; places off stay off:
+/// planes and loops met again, which may correct them, are left aside, for with wheels this wrong
+/// these are easily taken for others.
+class WheelPath {
+ public:
+  void add(const Step& step);  ///< the first one's motion is the first pose
+  /// A map told the wheels' errors so well: sigmas given later are no larger.
+  void know(const Eigen::Vector3d& sigmas) { known_ = sigmas; }
+  /// By counts of metrics.json, where wheels alone told anything.
+  void tell(const Eigen::Vector3d& sigmas, io::Metrics& metrics) const;
+  double way() const { return way_; }          ///< m that only wheels told the length of
+  double heading() const { return heading_; }  ///< m over which only wheels told the heading
+  double alone() const { return alone_; }      ///< m of either
+  /// m, 1-sigma: root mean square over the path's length of how far places are off in the map, by
+  /// wheels with lawful errors of `sigmas` (scale, drift in rad/m, turn scale).
+  double sigma(const Eigen::Vector3d& sigmas) const;
+
+ private:
+  using ByErrors = Eigen::Matrix<double, 6, 3>;
+  Eigen::Vector3d known_ = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  bool begun_ = false;
+  ByErrors off_ = ByErrors::Zero();                    // the pose's right tangent by the errors
+  Matrix6d noise_ = Matrix6d::Zero();                  // its covariance by the stated noise
+  Eigen::Matrix3d sum_off_ = Eigen::Matrix3d::Zero();  // of J^T J times metres, J: place by errors
+  double sum_noise_ = 0, path_ = 0;                    // m^3, m
+  double way_ = 0, heading_ = 0, alone_ = 0;
+  double held_ = 0;  // m since wheels last told a heading
+};
+
+}  // namespace lamina::apps
