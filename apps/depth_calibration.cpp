@@ -56,8 +56,8 @@ class OtherMounting {
 
 }  // namespace
 
-DepthLook calibrate_depth(Recording& recording, const FloorOptions& options, io::Metrics& metrics,
-                          const std::function<bool()>& ended) {
+DepthCalibration calibrate_depth(Recording& recording, const FloorOptions& options,
+                                 io::Metrics& metrics, const std::function<bool()>& ended) {
   constexpr std::int64_t kImages = 120, kUnknown = 1200;
   const std::int64_t all = recording.depth_hint().value_or(kUnknown);
   const std::int64_t every = std::max<std::int64_t>(1, (all + kImages - 1) / kImages);
@@ -71,7 +71,7 @@ DepthLook calibrate_depth(Recording& recording, const FloorOptions& options, io:
     estimator.add(floor, frontend.disparities(), frame->camera.camera);
     other.add(floor, frontend, frame->camera.camera.T_body_camera);
   }
-  DepthLook result;
+  DepthCalibration result;
   if (ended()) return result;
   result.mounting = other.result();
   if (result.mounting) {

@@ -13,7 +13,7 @@
 namespace lamina::apps {
 
 /// What some 120 images share, spread over the recording.
-struct DepthLook {
+struct DepthCalibration {
   DepthDistortion bend;  ///< as planes show it; empty where they show none
   /// How the camera is mounted, against its calibration, where that is so wrong in tilt and height
   /// that no image shows a floor where it should be, and the floors seen instead agree.
@@ -23,7 +23,7 @@ struct DepthLook {
 /// Looks over the recording (over its first 1,200 images where the source cannot say how many it
 /// has); nothing is found where `ended` asks to stop. What was found goes to the log and to the
 /// counts of `metrics`. `recording` is used up.
-DepthLook calibrate_depth(Recording& recording, const FloorOptions& options, io::Metrics& metrics,
-                          const std::function<bool()>& ended);
+DepthCalibration calibrate_depth(Recording& recording, const FloorOptions& options,
+                                 io::Metrics& metrics, const std::function<bool()>& ended);
 
 }  // namespace lamina::apps

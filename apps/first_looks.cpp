@@ -22,7 +22,7 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
   if (settings.calibrate_depth && depth) {
     look("depth_calibration", [&](Recording& all) {
       const SE3 T_body_camera = all.calibration().depth_camera->camera.T_body_camera;
-      const DepthLook found = calibrate_depth(all, settings.floor, metrics, input.ended);
+      const DepthCalibration found = calibrate_depth(all, settings.floor, metrics, input.ended);
       front_end.correct_depth(found.bend);
       if (planar && settings.floor.self_calibrate && found.mounting) {
         front_end.begin_remounted(T_body_camera, *found.mounting);

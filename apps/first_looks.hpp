@@ -26,8 +26,7 @@ struct Rereadable {
 
 /// Looks over the recording for the bend and slopes of depth images, a scanner's sweep, its lean,
 /// the clocks of both, and the wheels' scale, as far as settings ask for them, and tells the
-/// front-end. The recording
-/// is at its beginning afterwards.
+/// front-end. The recording is at its beginning afterwards.
 void look_ahead(const Rereadable& input, FrontEnd& front_end);
 
 }  // namespace lamina::apps

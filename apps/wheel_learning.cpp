@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include <lamina/apps/wheel_piece.hpp>
 #include <lamina/backend/wheel_errors.hpp>
 
 namespace lamina::apps {
@@ -11,12 +12,11 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 constexpr double kScale = 0.05, kDrift = 0.5 * kDegree, kTurnScale = 0.05;  // at first, 1-sigma
-constexpr double kWalk = 0.01;                           // of those sigmas, a piece
-constexpr double kPieceWay = 1, kPieceTurn = 0.5;        // m, rad
-constexpr double kScanShift = 0.015, kScanTurn = 0.004;  // m, rad: of a piece's two ends by scans
-constexpr double kLeastTurn = 0.1;                       // rad of a piece: less is its noise
-constexpr double kGate = 3;                              // sigmas
-constexpr double kStandsOut = 16, kAloneStandsOut = 9;   // chi-squared of 3 dof, of one
+constexpr double kWalk = 0.01;                          // of those sigmas, a piece
+constexpr double kScanTurn = 0.004;                     // rad: of a piece's two ends by scans
+constexpr double kLeastTurn = 0.1;                      // rad of a piece: less is its noise
+constexpr double kGate = 3;                             // sigmas
+constexpr double kStandsOut = 16, kAloneStandsOut = 9;  // chi-squared of 3 dof, of one
 
 Eigen::Vector3d first_sigmas() { return {kScale, kDrift, kTurnScale}; }
 
@@ -35,7 +35,7 @@ void WheelLearning::add(const std::optional<Increment>& by_wheels,
   if (by_wheels && by_scans) {
     piece_.add(by_wheels->T_from_to, *by_scans);
     noise_ += by_wheels->covariance;
-    if (piece_.way < kPieceWay && piece_.turn < kPieceTurn) return;
+    if (!is_whole(piece_)) return;
     compare();
   }
   piece_ = {};
@@ -48,11 +48,10 @@ void WheelLearning::compare() {
   const double turned = std::remainder(yaw - piece_.wheels.so3().yaw(), 2 * M_PI);
   const double turn = std::abs(yaw) < kLeastTurn ? 0 : yaw;
   hear(turned, std::hypot(std::sqrt(noise_(5, 5)), kScanTurn), {0, piece_.way, turn});
-  const Eigen::Vector2d t = piece_.wheels.translation().head<2>();
-  // On a piece that hardly leads anywhere the length says nothing of the scale.
-  if (t.norm() <= kPieceWay / 2) return;
-  const double along = piece_.scans.translation().head<2>().dot(t) / t.norm();
-  hear(along - t.norm(), std::hypot(std::sqrt(noise_(0, 0)), kScanShift), {t.norm(), 0, 0});
+  const auto lengths = lengths_of(piece_);
+  if (!lengths) return;
+  hear(lengths->scans - lengths->wheels, std::hypot(std::sqrt(noise_(0, 0)), kScanShift),
+       {lengths->wheels, 0, 0});
 }
 
 void WheelLearning::hear(double value, double sigma, const Eigen::Vector3d& gradient) {

@@ -7,8 +7,6 @@
 namespace lamina::apps {
 namespace {
 
-constexpr double kPieceWay = 1, kPieceTurn = 0.5;  // m, rad
-constexpr double kScanShift = 0.015;               // m: of a piece's two ends by scans
 constexpr std::size_t kPiecesOfSum = 5, kLeastSums = 6;
 constexpr double kNoiseWord = 6;  // sums
 constexpr std::size_t kMostPieces = 150, kEnoughPieces = 60;
@@ -27,13 +25,9 @@ void WheelScale::add(const std::optional<SE3>& by_wheels, const std::optional<SE
   if (by_wheels && by_scans) {
     piece_.add(*by_wheels, *by_scans);
     variance_ += increment_covariance(model_, *by_wheels)(0, 0);
-    if (piece_.way < kPieceWay && piece_.turn < kPieceTurn) return;
-    const Eigen::Vector2d t = piece_.wheels.translation().head<2>();
-    // On a piece that hardly leads anywhere the length says nothing of the scale.
-    if (t.norm() > kPieceWay / 2) {
-      const double along = piece_.scans.translation().head<2>().dot(t) / t.norm();
-      pieces_.push_back({t.norm(), along, variance_ + kScanShift * kScanShift});
-    }
+    if (!is_whole(piece_)) return;
+    if (const auto lengths = lengths_of(piece_))
+      pieces_.push_back({*lengths, variance_ + kScanShift * kScanShift});
   }
   piece_ = {};
   variance_ = 0;
@@ -41,13 +35,14 @@ void WheelScale::add(const std::optional<SE3>& by_wheels, const std::optional<SE
 
 std::vector<WheelScale::Piece> WheelScale::lawful() const {
   std::vector<double> values;
-  for (const Piece& p : pieces_) values.push_back(p.scans / p.wheels);
+  for (const Piece& p : pieces_) values.push_back(p.lengths.scans / p.lengths.wheels);
   const double middle = median(values);
   for (double& value : values) value = std::abs(value - middle);
   const double scatter = 1.4826 * median(values);  // a Gaussian's sigma
   std::vector<Piece> kept;
   for (const Piece& p : pieces_) {
-    if (std::abs(p.scans / p.wheels - middle) <= kBeyond * scatter) kept.push_back(p);
+    if (std::abs(p.lengths.scans / p.lengths.wheels - middle) <= kBeyond * scatter)
+      kept.push_back(p);
   }
   return kept;
 }
@@ -59,8 +54,8 @@ std::optional<WheelScale::Found> WheelScale::found() const {
   if (sums < kLeastSums || 3 * kept.size() < 2 * pieces_.size()) return std::nullopt;
   double wheels = 0, scans = 0, by_noise = 0;
   for (const Piece& p : kept) {
-    wheels += p.wheels;
-    scans += p.scans;
+    wheels += p.lengths.wheels;
+    scans += p.lengths.scans;
     by_noise += p.variance;
   }
   const double scale = scans / wheels - 1;
@@ -68,7 +63,7 @@ std::optional<WheelScale::Found> WheelScale::found() const {
   for (std::size_t i = 0; i < sums; ++i) {
     double off = 0;
     for (std::size_t k = i * kPiecesOfSum; k < (i + 1) * kPiecesOfSum; ++k)
-      off += kept[k].scans - (1 + scale) * kept[k].wheels;
+      off += kept[k].lengths.scans - (1 + scale) * kept[k].lengths.wheels;
     by_scatter += off * off;
   }
   const double n = static_cast<double>(sums);

@@ -4,7 +4,7 @@
 #include <optional>
 #include <vector>
 
-#include <lamina/frontend/odometry/paired_motion.hpp>
+#include <lamina/apps/wheel_piece.hpp>
 #include <lamina/sensors/odometry.hpp>
 
 namespace lamina::apps {
@@ -37,8 +37,8 @@ class WheelScale {
 
  private:
   struct Piece {
-    double wheels, scans;  // m: along the wheels' way
-    double variance;       // m^2: of their difference, by the noise models
+    PieceLengths lengths;
+    double variance;  // m^2: of their difference, by the noise models
   };
   std::vector<Piece> lawful() const;
 

@@ -160,6 +160,7 @@ std::optional<SE3> DepthOdometry::search(const DepthBlocks& current, const Expec
     // Without wheels it must fit more in all, and of what both have in view: along a bare wall any
     // place fits, and that which shares more of the view would win.
     double gained = gain(current, a.T_world_camera, tried.T_world_camera);
+    if (gained <= best) continue;
     if (!e.by_wheels) gained = std::min(gained, fit(current, tried.T_world_camera) - as_it_is);
     if (gained <= best || (e.by_wheels && !slipped(a, tried, T_body_camera))) continue;
     best = gained;

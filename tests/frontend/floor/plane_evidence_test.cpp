@@ -152,44 +152,37 @@ TEST(PlaneEvidence, ARowOfPostsBecomesNoPlane) {
   }
 }
 
+// Of a wall of 20 px of disparity, its pixels labelled 1.
+PlaneEvidence of_a_wall(const DisparityImage& image, const std::vector<std::uint8_t>& labels) {
+  PlaneRegion wall;
+  wall.plane = {0, 0, 20};
+  const DisparityGeometry g = DisparityGeometry::of(test_camera());
+  return gather_evidence(image, g, labels, {wall}, 8, 1).at(0);
+}
+
 // What was not measured ends no run of a surface: with a third of its pixels lost it is no strips.
 TEST(PlaneEvidence, MissingPixelsEndNoRun) {
-  DisparityImage image;
-  image.width = 160;
-  image.height = 64;
-  image.d.assign(160 * 64, 20);
+  DisparityImage image{160, 64, std::vector<float>(160 * 64, 20)};
   std::vector<std::uint8_t> labels(160 * 64, 1);
   std::minstd_rand random(1);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (random() % 3 == 0) image.d[i] = labels[i] = 0;
   }
-  PlaneRegion wall;
-  wall.plane = {0, 0, 20};
-  const DisparityGeometry g = DisparityGeometry::of(test_camera());
-  const auto evidence = gather_evidence(image, g, labels, {wall}, 8, 1);
-  ASSERT_EQ(evidence.size(), 1u);
-  EXPECT_GT(evidence[0].across.length(), 120);
-  EXPECT_TRUE(is_surface(evidence[0], 2.0));
+  const PlaneEvidence evidence = of_a_wall(image, labels);
+  EXPECT_GT(evidence.across.length(), 120);
+  EXPECT_TRUE(is_surface(evidence, 2.0));
 }
 
 // Posts 16 px apart before nothing: what lies between them is missing, and no part of them.
 TEST(PlaneEvidence, PostsBeforeNothingDoNotJoin) {
-  DisparityImage image;
-  image.width = 160;
-  image.height = 64;
-  image.d.assign(160 * 64, 0);
+  DisparityImage image{160, 64, std::vector<float>(160 * 64, 0)};
   std::vector<std::uint8_t> labels(160 * 64, 0);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (i % 160 % 16 >= 4) continue;
     image.d[i] = 20;
     labels[i] = 1;
   }
-  PlaneRegion posts;
-  posts.plane = {0, 0, 20};
-  const DisparityGeometry g = DisparityGeometry::of(test_camera());
-  const auto evidence = gather_evidence(image, g, labels, {posts}, 8, 1);
-  ASSERT_EQ(evidence.size(), 1u);
-  EXPECT_EQ(evidence[0].across.length(), 4);
+  EXPECT_EQ(of_a_wall(image, labels).across.length(), 4);
 }
 
 // Other resolutions and optics: the floor and the wall are found just the same.
