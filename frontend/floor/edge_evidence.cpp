@@ -14,6 +14,7 @@ constexpr int kLook = 16;        // px: how far a neighbour may be
 constexpr double kMost = 9;      // variances: more is an outlier
 constexpr int kLines = 32;       // looked at, about
 constexpr std::size_t kFew = 8;  // lines
+constexpr double kNever = std::numeric_limits<double>::infinity();
 
 // The image with lines along the region's narrow side: columns, or rows.
 struct Turned {
@@ -46,6 +47,9 @@ struct Line {
   int from = 0;
   std::vector<double> first{}, second{}, either{};  // running costs of the window
   double own = 0;                                   // with the region between the two
+  std::vector<double> parted{};  // cost when the neighbours meet at from - 1, from, ...
+  double share = 0;              // how far it is from the first of the lines to the last
+  double rest = 0;               // the least that the lines after it can cost
 };
 
 std::uint8_t neighbour(const Turned& t, int line, int i, int direction, std::uint8_t mark) {
@@ -96,14 +100,49 @@ std::pair<std::uint8_t, std::uint8_t> usual_neighbours(const std::vector<Line>& 
   return usual;
 }
 
-// Cost of a line's window when the neighbours meet at `border`.
-double parted(const Line& l, int border) {
+// What a line's window costs wherever in it, or beside it, the neighbours meet.
+void part(Line& l) {
   const int size = static_cast<int>(l.first.size()) - 1;
-  const auto place = [&](int i) {
-    return static_cast<std::size_t>(std::clamp(i - l.from, 0, size));
-  };
-  const std::size_t low = place(border - 1), high = place(border + 1);
-  return l.first[low] + (l.either[high] - l.either[low]) + (l.second.back() - l.second[high]);
+  const auto place = [size](int i) { return static_cast<std::size_t>(std::clamp(i, 0, size)); };
+  for (int border = -1; border <= size + 1; ++border) {
+    const std::size_t low = place(border - 1), high = place(border + 1);
+    l.parted.push_back(l.first[low] + (l.either[high] - l.either[low]) +
+                       (l.second.back() - l.second[high]));
+  }
+}
+
+// Shares of the way, and what is left of the costs at least.
+void prepare(std::vector<Line>& lines) {
+  const int at = lines.front().at, all = std::max(1, lines.back().at - at);
+  double rest = 0;
+  for (auto l = lines.rbegin(); l != lines.rend(); ++l) {
+    part(*l);
+    l->share = static_cast<double>(l->at - at) / all;
+    l->rest = rest * (1 - 1e-9);  // more than rounding may not be lost
+    rest += *std::min_element(l->parted.begin(), l->parted.end());
+  }
+}
+
+double parted(const Line& l, int border) {
+  const int last = static_cast<int>(l.parted.size()) - 1;
+  return l.parted[static_cast<std::size_t>(std::clamp(border - l.from + 1, 0, last))];
+}
+
+// As std::lround, which is a call here.
+int nearest(double x) {
+  const int whole = static_cast<int>(x);
+  const double more = x - whole;
+  return whole + (more >= 0.5) - (more <= -0.5);
+}
+
+// Cost of all windows when the neighbours meet on the line from p to q; `most` or more is kNever.
+double parted(const std::vector<Line>& lines, int p, int q, double most) {
+  double sum = 0;
+  for (const Line& l : lines) {
+    sum += parted(l, nearest(p + l.share * (q - p)));
+    if (sum + l.rest >= most) return kNever;
+  }
+  return sum;
 }
 
 // A range of places, some of them looked at.
@@ -114,19 +153,13 @@ struct Places {
 // The least cost of a straight border, and where it crosses the first and the last of the lines.
 struct Border {
   int first = 0, last = 0;
-  double cost = std::numeric_limits<double>::infinity();
+  double cost = kNever;
 };
 Border best_border(const std::vector<Line>& lines, const Places& first, const Places& last) {
   Border best;
-  const int at = lines.front().at, all = std::max(1, lines.back().at - at);
   for (int p = first.low; p <= first.high; p += first.step) {
     for (int q = last.low; q <= last.high; q += last.step) {
-      double sum = 0;
-      for (const Line& l : lines) {
-        const double share = static_cast<double>(l.at - at) / all;
-        sum += parted(l, static_cast<int>(std::lround(p + share * (q - p))));
-        if (sum >= best.cost) break;
-      }
+      const double sum = parted(lines, p, q, best.cost);
       if (sum < best.cost) best = {p, q, sum};
     }
   }
@@ -179,6 +212,7 @@ EdgeEvidence edge_evidence(const DisparityImage& image, const DisparityGeometry&
       l.own += i < l.begin ? a : i >= l.end ? b : t.cost(l.at, i, regions[k].plane, variance);
     }
   }
+  prepare(lines);
   evidence.gain = least_parted(lines);
   evidence.lines = static_cast<int>(lines.size());
   for (const Line& l : lines) evidence.gain -= l.own;
