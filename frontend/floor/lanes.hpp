@@ -1,6 +1,7 @@
 // Four floats side by side: what every x86-64 and arm64 has, through the compiler's vector types.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <cstring>
 #if defined(__SSE2__)
@@ -13,7 +14,7 @@ using Float4 = float __attribute__((vector_size(16)));
 using Int4 = std::int32_t __attribute__((vector_size(16)));
 using Short4 = std::uint16_t __attribute__((vector_size(8)));
 using Short8 = std::int16_t __attribute__((vector_size(16)));
-using Byte16 = std::uint8_t __attribute__((vector_size(16)));
+using Byte8 = std::uint8_t __attribute__((vector_size(8)));
 
 constexpr Float4 kLeft = {-3.5F, -2.5F, -1.5F, -0.5F};  ///< columns of a block from its middle
 constexpr Float4 kRight = {0.5F, 1.5F, 2.5F, 3.5F};
@@ -58,6 +59,24 @@ inline void store8(std::uint8_t* p, const Int4& left, const Int4& right) {
   }
 #endif
 }
+/// Masks, lanes all ones or all zeros, to bytes of the same.
+inline Byte8 narrow8(const Int4& left, const Int4& right) {
+  Byte8 bytes;
+#if defined(__SSE2__)
+  __m128i a, b;
+  std::memcpy(&a, &left, sizeof(a));
+  std::memcpy(&b, &right, sizeof(b));
+  const __m128i shorts = _mm_packs_epi32(a, b);
+  const long long eight = _mm_cvtsi128_si64(_mm_packs_epi16(shorts, shorts));
+  std::memcpy(&bytes, &eight, sizeof(bytes));
+#else
+  for (int k = 0; k < 4; ++k) {
+    bytes[k] = static_cast<std::uint8_t>(left[k]);
+    bytes[k + 4] = static_cast<std::uint8_t>(right[k]);
+  }
+#endif
+  return bytes;
+}
 inline Float4 load4_as_float(const std::uint16_t* p) {
   Short4 x;
   std::memcpy(&x, p, sizeof(x));
@@ -73,6 +92,29 @@ inline bool any4(const Int4& mask) {
   std::int64_t halves[2];
   std::memcpy(halves, &mask, sizeof(halves));
   return (halves[0] | halves[1]) != 0;
+}
+/// a < b ? a : b, lane by lane: b where either is NaN.
+inline Float4 least4(const Float4& a, const Float4& b) {
+#if defined(__SSE2__)
+  __m128 x, y;
+  std::memcpy(&x, &a, sizeof(x));
+  std::memcpy(&y, &b, sizeof(y));
+  x = _mm_min_ps(x, y);
+  Float4 result;
+  std::memcpy(&result, &x, sizeof(result));
+  return result;
+#else
+  return a < b ? a : b;
+#endif
+}
+/// NaN where the mask is set, x elsewhere.
+inline Float4 unless(const Int4& mask, const Float4& x) {
+  Int4 bits;
+  std::memcpy(&bits, &x, sizeof(bits));
+  bits |= mask;
+  Float4 result;
+  std::memcpy(&result, &bits, sizeof(result));
+  return result;
 }
 inline Float4 all(float x) { return Float4{x, x, x, x}; }
 inline float sum4(const Float4& x) { return (x[0] + x[1]) + (x[2] + x[3]); }
@@ -112,6 +154,36 @@ inline HalfSums marked_sums(const float* d, std::ptrdiff_t stride, const std::ui
     sums.add(equal4(marks, mark), load4(d) - shift, y);
   }
   return sums;
+}
+
+inline Byte8 load8(const std::uint8_t* p) {
+  Byte8 x;
+  std::memcpy(&x, p, sizeof(x));
+  return x;
+}
+/// Which of eight bytes equal `byte`: all ones or all zeros.
+inline Byte8 equal8(const Byte8& x, std::uint8_t byte) {
+  return __builtin_convertvector(x == byte, Byte8);
+}
+
+/// A bit in the k-th byte, from the lowest on, for each k-th of eight bytes that differs.
+inline std::uint64_t changed8(const std::uint8_t* p, const std::uint8_t* q) {
+  const Byte8 differ = ~equal8(load8(p) ^ load8(q), 0) & 1;
+  std::uint64_t bits;
+  std::memcpy(&bits, &differ, sizeof(bits));
+  static_assert(std::endian::native == std::endian::little);
+  return bits;
+}
+
+/// How many bytes of `rows` rows of eight, `stride` apart, equal `byte`; at most 31 rows.
+inline int count_eights(const std::uint8_t* p, std::ptrdiff_t stride, int rows, std::uint8_t byte) {
+  Byte8 sum = {};
+  for (int r = 0; r < rows; ++r, p += stride) {
+    sum -= equal8(load8(p), byte);  // all ones is -1
+  }
+  std::uint64_t bytes;
+  std::memcpy(&bytes, &sum, sizeof(bytes));
+  return static_cast<int>((bytes * 0x0101010101010101ULL) >> 56);
 }
 
 /// The same of all eight columns.

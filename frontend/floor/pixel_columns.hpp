@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstring>
 
 #include <lamina/frontend/floor/lanes.hpp>
 #include <lamina/frontend/floor/pixel_labels.hpp>
@@ -33,8 +35,10 @@ struct PixelColumns {
                    lanes::Int4{} + (near.label[k] + 1)};
     }
   }
-  // Best plane for each of eight pixels side by side in row v from the principal point.
-  void label(const float* d, float row, float most, std::uint8_t* out) const {
+  // Best plane for each of eight pixels side by side in row v from the principal point. `least`:
+  // the least misfit so far to each of the planes, lane by lane.
+  template <bool kMeasure>
+  void label(const float* d, float row, float most, std::uint8_t* out, lanes::Float4* least) const {
     using namespace lanes;
     const Float4 v = all(row), limit = all(most);
     const Float4 measured[2] = {load4(d), load4(d + 4)};
@@ -46,16 +50,18 @@ struct PixelColumns {
       const Int4 good = misfit <= limit;
       label[half] = good & planes[0].mark;
       best[half] = good ? misfit + planes[0].offset : all(1e9F);
+      if constexpr (kMeasure) least[0] = least4(unless(measured[half] <= 0.0F, misfit), least[0]);
     }
     for (std::size_t k = 1; k < count; ++k) {
       const Plane& p = planes[k];
       const Float4 below = p.b * v;
       for (int half = 0; half < 2; ++half) {
         const Float4 misfit = misfit_of(p, half, measured[half], below);
-        const Float4 cost = misfit + p.offset;
-        const Int4 better = (misfit <= limit) & (cost < best[half]);
+        const Float4 cost = unless(misfit > limit, misfit + p.offset);
+        const Int4 better = cost < best[half];
         label[half] = (better & p.mark) | (~better & label[half]);
-        best[half] = better ? cost : best[half];
+        best[half] = least4(cost, best[half]);
+        if constexpr (kMeasure) least[k] = least4(unless(measured[half] <= 0.0F, misfit), least[k]);
       }
     }
     store8(out, label[0] & (measured[0] > 0.0F), label[1] & (measured[1] > 0.0F));
@@ -69,19 +75,68 @@ struct PixelColumns {
   }
 };
 
-// Up to eight pixels side by side.
-inline void label_eight(const float* d, int count, const PixelColumns& near, float v, float limit,
-                        std::uint8_t* out) {
+// The pixels of a window of up to eight columns, `d` and `out` its first, `stride` from row to row;
+// its first row is `v` from the image's, `cy` the principal point's.
+struct PixelRows {
+  const float* d;
+  std::uint8_t* out;
+  std::ptrdiff_t stride;
+  int width, height, v;
+  double cy;
+};
+template <bool kMeasure>
+void label_rows(const PixelRows& rows, const PixelColumns& near, float limit,
+                lanes::Float4* least) {
   constexpr int kRow = PixelColumns::kRow;
-  if (count == kRow) {
-    near.label(d, v, limit, out);
-    return;
+  const PixelRows r = rows;  // its own: bytes that are written may be anything's
+  const float* d = r.d;
+  std::uint8_t* out = r.out;
+  for (int v = r.v; v < r.v + r.height; ++v, d += r.stride, out += r.stride) {
+    const float row = static_cast<float>(v - r.cy);
+    if (r.width == kRow) {
+      near.label<kMeasure>(d, row, limit, out, least);
+      continue;
+    }
+    float padded[kRow] = {};
+    std::uint8_t marks[kRow];
+    std::copy(d, d + r.width, padded);
+    near.label<kMeasure>(padded, row, limit, marks, least);
+    std::copy(marks, marks + r.width, out);
   }
-  float padded[kRow] = {};
-  std::uint8_t marks[kRow];
-  std::copy(d, d + count, padded);
-  label_eight(padded, kRow, near, v, limit, marks);
-  std::copy(marks, marks + count, out);
 }
+
+// Where two planes meet: pixels of either, less than `band` (px) from where their difference is 0,
+// go to the one whose side they are on.
+struct Crease {
+  float slope, band;  // of the difference along a row
+  float side;         // 1: `first` where the difference is positive, -1: where it is negative
+  std::uint8_t first, second;
+
+  // A row of `count` pixels, the difference `start` at the first of them.
+  void settle(std::uint8_t* marks, int count, float start) const {
+    if (count == PixelColumns::kRow) return settle_eight(marks, start);
+    for (int u = 0; u < count; ++u) {
+      const float d = start + slope * static_cast<float>(u);
+      if ((marks[u] != first && marks[u] != second) || std::abs(d) > band) continue;
+      marks[u] = side * d > 0 ? first : second;
+    }
+  }
+
+ private:
+  // Without a branch: which pixels are close is as good as random.
+  void settle_eight(std::uint8_t* marks, float start) const {
+    using namespace lanes;
+    constexpr Float4 kSteps[2] = {{0, 1, 2, 3}, {4, 5, 6, 7}};
+    const Float4 left = start + slope * kSteps[0], right = start + slope * kSteps[1];
+    const Byte8 close =
+        narrow8((left <= band) & (left >= -band), (right <= band) & (right >= -band));
+    const Byte8 ahead = narrow8(side * left > 0.0F, side * right > 0.0F);
+    const Byte8 old = load8(marks);
+    const Byte8 mine = (equal8(old, first) | equal8(old, second)) & close;
+    const Byte8 settled = (ahead & first) | (~ahead & second);
+    const Byte8 all = (mine & settled) | (~mine & old);
+    std::memcpy(marks, &all, sizeof(all));
+  }
+};
 
 }  // namespace lamina

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 #include <lamina/frontend/floor/inner_blocks.hpp>
 #include <lamina/frontend/floor/pixel_columns.hpp>
@@ -45,11 +47,13 @@ void PixelLabeller::label(const DisparityImage& image, const DisparityGeometry& 
   const std::size_t count = regions.regions().size();
   sums_.assign(count, DisparitySums());
   border_.clear();
+  planes_.clear();
+  least_.clear();
   fill_inner(regions);
   moved_.assign(count, 1);
   steps_.assign(count, DisparityPlane::Zero());
   for (int pass = 0; pass < kPasses && count > 0; ++pass) {
-    if (!label_border(regions, pass == 0 ? 4.5F : 3.5F, pass > 0, pass > 0 ? 4 * sigma : 0)) break;
+    if (!label_border(regions, pass == 0 ? 4.5F : 3.5F, pass, pass > 0 ? 4 * sigma : 0)) break;
     refit(regions, 0.15 * static_cast<double>(sigma), pass == kAhead);
   }
 }
@@ -63,16 +67,29 @@ void PixelLabeller::rename(std::span<const std::int16_t> renamed) {
   is_border.assign(majority_.size(), 0);
   for (const Border& border : border_) {
     is_border[static_cast<std::size_t>(border.block)] = 1;
-    const auto last = border.label.begin() + border.count;
-    if (std::all_of(border.label.begin(), last, [renamed](std::int16_t label) {
-          return renamed[static_cast<std::size_t>(label)] == label;
-        })) {
-      continue;
+    std::array<std::pair<std::uint8_t, std::uint8_t>, Candidates::kMost> present;  // from, to
+    std::size_t count = 0;
+    bool stays = true;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(border.count); ++k) {
+      if ((border.present >> k & 1U) == 0) continue;
+      const std::size_t from = static_cast<std::size_t>(border.label[k]) + 1;
+      present[count++] = {static_cast<std::uint8_t>(from), marks[from]};
+      stays &= marks[from] == from;
     }
+    if (stays) continue;
     const Window& w = border.window;
     std::uint8_t* out = out_->data() + w.offset;
     for (int v = 0; v < w.height; ++v, out += image_->width) {
-      for (int u = 0; u < w.width; ++u) out[u] = marks[out[u]];
+      if (w.width != kRow) {
+        for (int u = 0; u < w.width; ++u) out[u] = marks[out[u]];
+        continue;
+      }
+      const Byte8 old = load8(out);
+      Byte8 now = {};
+      for (std::size_t k = 0; k < count; ++k) {
+        now |= equal8(old, present[k].first) & present[k].second;
+      }
+      std::memcpy(out, &now, sizeof(now));
     }
   }
   for (std::size_t i = 0; i < majority_.size(); ++i) {
@@ -166,58 +183,136 @@ PixelLabeller::Border PixelLabeller::neighbours_of(const PlaneRegions& regions, 
 
 // What a residual from each of the planes costs: twice the negative logarithm of its likelihood, so
 // that a steep plane's wider noise does not win.
-PixelLabeller::Candidates PixelLabeller::candidates_of(const Border& border) const {
+PixelLabeller::Candidates PixelLabeller::candidates_of(const Border& border,
+                                                       unsigned wanted) const {
   Candidates found;
-  found.count = border.count;
-  found.label = border.label;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(border.count); ++k) {
+  for (; wanted != 0; wanted &= wanted - 1) {
+    const std::size_t k = static_cast<std::size_t>(std::countr_zero(wanted));
     const Cost& cost = costs_[static_cast<std::size_t>(border.label[k])];
-    found.a[k] = cost.plane.x();
-    found.b[k] = cost.plane.y();
-    found.c[k] = cost.plane.z();
-    found.weight[k] = cost.weight;
-    found.offset[k] = cost.offset;
+    const std::size_t i = static_cast<std::size_t>(found.count++);
+    found.label[i] = border.label[k];
+    found.bit[i] = static_cast<std::uint8_t>(k);
+    found.a[i] = cost.plane.x();
+    found.b[i] = cost.plane.y();
+    found.c[i] = cost.plane.z();
+    found.weight[i] = cost.weight;
+    found.offset[i] = cost.offset;
   }
   return found;
 }
 
+// A difference of two planes in a window (px): in its middle, and by how much it may be more or
+// less elsewhere.
+PixelLabeller::Spread PixelLabeller::spread_of(const Window& w,
+                                               const Eigen::Vector3f& difference) const {
+  const float mid_u = static_cast<float>(w.u0 + 0.5 * (w.width - 1) - geometry_->cx);
+  const float mid_v = static_cast<float>(w.v0 + 0.5 * (w.height - 1) - geometry_->cy);
+  return {difference.dot(Eigen::Vector3f(mid_u, mid_v, 1)),
+          0.5F * static_cast<float>(blocks_->size) *
+              (std::abs(difference.x()) + std::abs(difference.y()))};
+}
+
+// Which planes about a block can have pixels of it, if it was looked at before: what came no nearer
+// to a plane then than this plane has moved since and more than noise allows does not fit it now,
+// and goes to it in a crease alone. Bit k: label[k].
+unsigned PixelLabeller::planes_within_reach(const Border& border, float band) const {
+  constexpr float kSlack = 0.01F;  // px: rounding is less
+  const std::size_t count = border.count;
+  const unsigned all = (1U << count) - 1;
+  if (border.least < 0) return all;
+  const Least& least = least_[static_cast<std::size_t>(border.least)];
+  const Eigen::Vector3f* const before =
+      planes_.data() + static_cast<std::size_t>(least.pass) * costs_.size();
+  const auto plane = [&](std::size_t k) -> const Cost& {
+    return costs_[static_cast<std::size_t>(border.label[k])];
+  };
+  unsigned near = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Spread step = spread_of(
+        border.window, plane(k).plane - before[static_cast<std::size_t>(border.label[k])]);
+    if (least.px[k] <= plane(k).gate + std::abs(step.middle) + step.reach + kSlack) {
+      near |= 1U << k;
+    }
+  }
+  for (std::size_t k = 0; k < count && near != all; ++k) {
+    for (std::size_t j = 0; j < k; ++j) {
+      const unsigned both = 1U << k | 1U << j;
+      if ((near & both) == both) continue;
+      const Spread gap = spread_of(border.window, plane(k).plane - plane(j).plane);
+      if (std::abs(gap.middle) <= gap.reach + band) near |= both;
+    }
+  }
+  return near;
+}
+
 // Every pixel of the border to the plane about it that fits best. False when nothing was to do.
-bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, bool again,
-                                 float band) {
+bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, int pass, float band) {
+  const bool again = pass > 0;
   bool any = false;
   costs_.clear();
   for (const PlaneRegion& region : regions.regions()) {
     const Eigen::Vector3f p = region.plane.cast<float>();
     const float ratio = 1 + jitter_variance(p.x(), p.y()) / variance_;
-    costs_.push_back({p, 1 / (variance_ * ratio), std::log(ratio)});
+    costs_.push_back(
+        {p, 1 / (variance_ * ratio), std::log(ratio), sigmas * std::sqrt(variance_ * ratio)});
+    planes_.push_back(p);
   }
-  for (const Border& border : border_) {
+  for (Border& border : border_) {
     const auto last = border.label.begin() + border.count;
     const bool touched = std::any_of(border.label.begin(), last, [this](std::int16_t label) {
       return moved_[static_cast<std::size_t>(label)] != 0;
     });
     if (!touched) continue;
     any = true;  // and its block has a candidate
-    const Candidates near = candidates_of(border);
     const Window& w = border.window;
-    std::uint8_t* const out = out_->data() + w.offset;
+    const unsigned wanted =
+        again ? planes_within_reach(border, band) | border.present : (1U << border.count) - 1;
+    if (wanted == 0) continue;  // none has a pixel, none will
+    const Candidates near = candidates_of(border, wanted);
     if (again) keep_marks(w);
-    for (int u = 0; u < w.width; u += kRow) {
-      const PixelColumns columns(near, static_cast<float>(w.u0 + u - geometry_->cx));
-      std::uint8_t* to = out + u;
-      for (int v = w.v0; v < w.v0 + w.height; ++v, to += image_->width) {
-        label_eight(image_->row(v) + w.u0 + u, std::min(kRow, w.width - u), columns,
-                    static_cast<float>(v - geometry_->cy), sigmas * sigmas, to);
-      }
+    // Blocks that were looked at twice will be again.
+    const bool measure = again && border.least < 0 && border.count > 1;
+    if (measure) {
+      border.least = static_cast<int>(least_.size());
+      least_.push_back({{}, pass});
     }
+    label_pixels(border, near, sigmas, measure);
     if (band > 0) settle_creases(regions, border, near, band);
     if (again) {
-      account_changes(border.block, w, near);
+      account_changes(border, near);
     } else {
-      account(border.block, w, {out_->data() + w.offset, image_->width}, near, 1);
+      account(border, {out_->data() + w.offset, image_->width}, near, 1);
     }
   }
   return any;
+}
+
+void PixelLabeller::label_pixels(Border& border, const Candidates& near, float sigmas,
+                                 bool measure) {
+  const Window& w = border.window;
+  std::array<Float4, Candidates::kMost> least;
+  if (measure) least.fill(all(1e30F));
+  for (int u = 0; u < w.width; u += kRow) {
+    const PixelColumns columns(near, static_cast<float>(w.u0 + u - geometry_->cx));
+    const PixelRows rows{image_->row(w.v0) + w.u0 + u,
+                         out_->data() + w.offset + u,
+                         image_->width,
+                         std::min(kRow, w.width - u),
+                         w.height,
+                         w.v0,
+                         geometry_->cy};
+    if (measure) {
+      label_rows<true>(rows, columns, sigmas * sigmas, least.data());
+    } else {
+      label_rows<false>(rows, columns, sigmas * sigmas, nullptr);
+    }
+  }
+  if (!measure) return;
+  for (std::size_t k = 0; k < border.count; ++k) {
+    const Float4& m = least[k];
+    const float misfit = std::min(std::min(m[0], m[1]), std::min(m[2], m[3]));
+    least_[static_cast<std::size_t>(border.least)].px[k] = std::sqrt(misfit / near.weight[k]);
+  }
 }
 
 void PixelLabeller::keep_marks(const Window& w) {
@@ -238,28 +333,23 @@ void PixelLabeller::keep_marks(const Window& w) {
 void PixelLabeller::settle_creases(const PlaneRegions& regions, const Border& border,
                                    const Candidates& near, float band) {
   const Window& w = border.window;
-  const float mid_u = static_cast<float>(w.u0 + 0.5 * (w.width - 1) - geometry_->cx);
-  const float mid_v = static_cast<float>(w.v0 + 0.5 * (w.height - 1) - geometry_->cy);
   for (std::size_t k = 0; k < static_cast<std::size_t>(near.count); ++k) {
     for (std::size_t j = 0; j < k; ++j) {
       const Eigen::Vector3f difference(near.a[k] - near.a[j], near.b[k] - near.b[j],
                                        near.c[k] - near.c[j]);
-      const float middle = difference.dot(Eigen::Vector3f(mid_u, mid_v, 1));
-      const float reach = 0.5F * static_cast<float>(blocks_->size) *
-                          (std::abs(difference.x()) + std::abs(difference.y()));
-      if (std::abs(middle) > reach + band) continue;
+      const Spread gap = spread_of(w, difference);
+      if (std::abs(gap.middle) > gap.reach + band) continue;
       const float side =
           side_of(regions, border.block, near.label[k], near.label[j], difference, band);
       if (side == 0) continue;
-      const std::uint8_t first = static_cast<std::uint8_t>(near.label[k] + 1);
-      const std::uint8_t second = static_cast<std::uint8_t>(near.label[j] + 1);
+      const Crease crease{difference.x(), band, side, static_cast<std::uint8_t>(near.label[k] + 1),
+                          static_cast<std::uint8_t>(near.label[j] + 1)};
       std::uint8_t* out = out_->data() + w.offset;
       for (int v = 0; v < w.height; ++v, out += image_->width) {
-        float d = difference.dot(Eigen::Vector3f(static_cast<float>(w.u0 - geometry_->cx),
-                                                 static_cast<float>(w.v0 + v - geometry_->cy), 1));
-        for (int u = 0; u < w.width; ++u, d += difference.x()) {
-          if ((out[u] != first && out[u] != second) || std::abs(d) > band) continue;
-          out[u] = side * d > 0 ? first : second;
+        for (int u = 0; u < w.width; u += kRow) {
+          const Eigen::Vector3f x(static_cast<float>(w.u0 + u - geometry_->cx),
+                                  static_cast<float>(w.v0 + v - geometry_->cy), 1);
+          crease.settle(out + u, std::min(kRow, w.width - u), difference.dot(x));
         }
       }
     }
@@ -272,19 +362,20 @@ float PixelLabeller::side_of(const PlaneRegions& regions, int block, int first, 
                              const Eigen::Vector3f& difference, float band) const {
   const auto labels = regions.labels();
   const int c0 = block % blocks_->columns, r0 = block / blocks_->columns;
-  int votes[2][2] = {{0, 0}, {0, 0}};  // [whose][where positive]
+  // Blocks of the first, of the second, where it is negative, where it is positive.
+  constexpr unsigned kSame = 1U << 1 | 1U << 2, kTurned = 1U << 0 | 1U << 3;
+  unsigned seen = 0;
   for (int r = std::max(0, r0 - 1); r <= std::min(blocks_->rows - 1, r0 + 1); ++r) {
     for (int c = std::max(0, c0 - 1); c <= std::min(blocks_->columns - 1, c0 + 1); ++c) {
       const std::size_t i = static_cast<std::size_t>(blocks_->index(c, r));
       if (labels[i] != first && labels[i] != second) continue;
       const Block& b = blocks_->blocks[i];
       const float d = difference.dot(Eigen::Vector3f(b.u, b.v, 1));
-      if (std::abs(d) > 0.5F * band) ++votes[labels[i] == second][d > 0];
+      if (std::abs(d) > 0.5F * band) seen |= 1U << (2 * (labels[i] == second) + (d > 0));
+      if ((seen & kSame) != 0 && (seen & kTurned) != 0) return 0;
     }
   }
-  if (votes[0][1] > 0 && votes[1][0] > 0 && votes[0][0] + votes[1][1] == 0) return 1;
-  if (votes[0][0] > 0 && votes[1][1] > 0 && votes[0][1] + votes[1][0] == 0) return -1;
-  return 0;
+  return seen == kSame ? 1.0F : seen == kTurned ? -1.0F : 0.0F;
 }
 
 }  // namespace lamina

@@ -19,6 +19,7 @@ class PixelLabeller {
   struct Candidates {
     static constexpr int kMost = 6;
     std::array<std::int16_t, kMost> label{};
+    std::array<std::uint8_t, kMost> bit{};  ///< which one of its block's planes it is
     std::array<float, kMost> a{}, b{}, c{};
     std::array<float, kMost> weight{}, offset{};  ///< cost of a residual r: weight r^2 + offset
     int count = 0;
@@ -42,32 +43,47 @@ class PixelLabeller {
     int stride;
   };
   struct Border {
-    int block = 0, count = 0;
+    int block = 0;
+    int least = -1;  ///< its place in least_, -1: none yet
     Window window;
     std::array<std::int16_t, Candidates::kMost> label{};
+    std::uint8_t count = 0;
+    std::uint8_t present = 0;  ///< bit k: pixels are labelled with label[k]
+  };
+  /// How near the pixels of a block came to its planes (px) when these were those of a pass.
+  struct Least {
+    std::array<float, Candidates::kMost> px;
+    int pass;
   };
   /// What a residual r from a plane costs: weight r^2 + offset, the log of the plane's variance
   /// against that of one without slope.
   struct Cost {
     Eigen::Vector3f plane;
     float weight, offset;
+    float gate;  ///< px: residuals beyond are not its own
+  };
+  struct Spread {
+    float middle, reach;
   };
   Window window(int block) const;
   void fill(int block, std::uint8_t mark);
   bool is_untouched(int block) const;
   void fill_inner(const PlaneRegions& regions);
-  bool label_border(const PlaneRegions& regions, float sigmas, bool again, float band);
+  bool label_border(const PlaneRegions& regions, float sigmas, int pass, float band);
   Border neighbours_of(const PlaneRegions& regions, int block) const;
-  Candidates candidates_of(const Border& border) const;
+  unsigned planes_within_reach(const Border& border, float band) const;
+  Spread spread_of(const Window& w, const Eigen::Vector3f& difference) const;
+  Candidates candidates_of(const Border& border, unsigned wanted) const;
+  void label_pixels(Border& border, const Candidates& near, float sigmas, bool measure);
   void settle_creases(const PlaneRegions& regions, const Border& border, const Candidates& near,
                       float band);
   float side_of(const PlaneRegions& regions, int block, int first, int second,
                 const Eigen::Vector3f& difference, float band) const;
   void keep_marks(const Window& w);
   using Counts = std::array<int, Candidates::kMost>;
-  Counts count(int block, const Window& w, const Marks& marks, const Candidates& near);
-  void account(int block, const Window& w, const Marks& marks, const Candidates& near, int sign);
-  void account_changes(int block, const Window& w, const Candidates& near);
+  Counts count(Border& border, const Marks& marks, const Candidates& near);
+  void account(Border& border, const Marks& marks, const Candidates& near, int sign);
+  void account_changes(Border& border, const Candidates& near);
   DisparitySums sums_of(const Window& w, const Marks& marks, std::uint8_t mark,
                         const Eigen::Vector3f& plane) const;
   void refit(PlaneRegions& regions, double least, bool ahead);
@@ -79,7 +95,9 @@ class PixelLabeller {
   std::vector<DisparitySums> sums_;
   std::vector<Border> border_;
   std::vector<std::int16_t> majority_, inner_, across_;
-  std::vector<Cost> costs_;            ///< of the regions
+  std::vector<Cost> costs_;              ///< of the regions
+  std::vector<Eigen::Vector3f> planes_;  ///< theirs in every pass
+  std::vector<Least> least_;
   std::vector<DisparityPlane> steps_;  ///< of the regions, at the last refit
   std::vector<std::uint8_t> moved_, scratch_;
   std::vector<std::uint8_t> old_marks_;  ///< of the window at hand, row by row

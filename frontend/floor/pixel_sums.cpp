@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 
 #include <lamina/frontend/floor/pixel_columns.hpp>
@@ -22,16 +23,6 @@ struct Change {
   int u, v;  // in the block
   std::uint8_t from, to;
 };
-
-// How many of eight bytes equal `mark`.
-int count_eight(const std::uint8_t* bytes, std::uint8_t mark) {
-  constexpr std::uint64_t kOnes = 0x0101010101010101ULL, kLow = 0x7F7F7F7F7F7F7F7FULL;
-  std::uint64_t x;
-  std::memcpy(&x, bytes, sizeof(x));
-  x ^= kOnes * mark;
-  const std::uint64_t equal = ~(((x & kLow) + kLow) | x) & ~kLow;  // top bit of each that is equal
-  return static_cast<int>(((equal >> 7) * kOnes) >> 56);
-}
 
 DisparitySums to_sums(const BlockSums& s, double u, double v, double d) {
   const auto wide = [](float x) { return static_cast<double>(x); };
@@ -55,35 +46,38 @@ double way_left(const DisparitySums& sums, const DisparityPlane& before,
 
 }  // namespace
 
-// Counts the pixels of each candidate, and notes which of them holds the block.
-PixelLabeller::Counts PixelLabeller::count(int block, const Window& w, const Marks& marks,
+// Counts the pixels of each candidate, and notes which are there and which of them holds the block.
+PixelLabeller::Counts PixelLabeller::count(Border& border, const Marks& marks,
                                            const Candidates& near) {
-  const std::size_t index = static_cast<std::size_t>(block);
-  majority_[index] = -1;
+  const Window& w = border.window;
+  std::int16_t& majority = majority_[static_cast<std::size_t>(border.block)];
+  majority = -1;
+  border.present = 0;
   Counts counts{};
   int others = w.width * w.height;
   for (std::size_t k = 0; k < static_cast<std::size_t>(near.count) && others > 0; ++k) {
     const std::uint8_t mark = static_cast<std::uint8_t>(near.label[k] + 1);
-    for (int v = 0; v < w.height; ++v) {
-      const std::uint8_t* row = marks.first + static_cast<std::ptrdiff_t>(v) * marks.stride;
-      if (w.width == kRow) {
-        counts[k] += count_eight(row, mark);
-      } else {
+    if (w.width == kRow) {
+      counts[k] = count_eights(marks.first, marks.stride, w.height, mark);
+    } else {
+      for (int v = 0; v < w.height; ++v) {
+        const std::uint8_t* row = marks.first + static_cast<std::ptrdiff_t>(v) * marks.stride;
         counts[k] += static_cast<int>(std::count(row, row + w.width, mark));
       }
     }
+    if (counts[k] == 0) continue;
     others -= counts[k];
-    if (counts[k] > 0 && 2 * counts[k] >= blocks_->size * blocks_->size)
-      majority_[index] = near.label[k];
+    border.present |= static_cast<std::uint8_t>(1U << near.bit[k]);
+    if (2 * counts[k] >= blocks_->size * blocks_->size) majority = near.label[k];
   }
   return counts;
 }
 
 // Adds a block's pixels to (or takes them from) the sums of the regions they are labelled with.
-void PixelLabeller::account(int block, const Window& w, const Marks& marks, const Candidates& near,
-                            int sign) {
-  const Counts counts = count(block, w, marks, near);
-  const Block& whole = blocks_->blocks[static_cast<std::size_t>(block)];
+void PixelLabeller::account(Border& border, const Marks& marks, const Candidates& near, int sign) {
+  const Window& w = border.window;
+  const Counts counts = count(border, marks, near);
+  const Block& whole = blocks_->blocks[static_cast<std::size_t>(border.block)];
   for (std::size_t k = 0; k < static_cast<std::size_t>(near.count); ++k) {
     if (counts[k] == 0) continue;
     const std::uint8_t mark = static_cast<std::uint8_t>(near.label[k] + 1);
@@ -102,24 +96,34 @@ void PixelLabeller::account(int block, const Window& w, const Marks& marks, cons
 
 // A block whose labels were old_marks_: pixels that stay where they are change no sums, few move by
 // themselves, many with all the others.
-void PixelLabeller::account_changes(int block, const Window& w, const Candidates& near) {
+void PixelLabeller::account_changes(Border& border, const Candidates& near) {
+  const Window& w = border.window;
   const Marks now{out_->data() + w.offset, image_->width}, old{old_marks_.data(), w.width};
   std::array<Change, kFewChanges> changes;
   int count_changes = 0;
+  const auto note = [&](int u, int v, std::uint8_t from, std::uint8_t to) {
+    if (++count_changes <= kFewChanges) {
+      changes[static_cast<std::size_t>(count_changes - 1)] = {u, v, from, to};
+    }
+  };
   for (int v = 0; v < w.height && count_changes <= kFewChanges; ++v) {
     const std::uint8_t* a = old.first + static_cast<std::ptrdiff_t>(v) * old.stride;
     const std::uint8_t* b = now.first + static_cast<std::ptrdiff_t>(v) * now.stride;
-    if (w.width == kRow && std::memcmp(a, b, kRow) == 0) continue;
+    if (w.width == kRow) {
+      for (std::uint64_t differ = changed8(a, b); differ != 0; differ &= differ - 1) {
+        const int u = std::countr_zero(differ) / 8;
+        note(u, v, a[u], b[u]);
+      }
+      continue;
+    }
     for (int u = 0; u < w.width; ++u) {
-      if (a[u] == b[u]) continue;
-      if (++count_changes > kFewChanges) break;
-      changes[static_cast<std::size_t>(count_changes - 1)] = {u, v, a[u], b[u]};
+      if (a[u] != b[u]) note(u, v, a[u], b[u]);
     }
   }
   if (count_changes == 0) return;
   if (count_changes > kFewChanges) {
-    account(block, w, old, near, -1);
-    account(block, w, now, near, 1);
+    account(border, old, near, -1);
+    account(border, now, near, 1);
     return;
   }
   for (int i = 0; i < count_changes; ++i) {
@@ -130,7 +134,7 @@ void PixelLabeller::account_changes(int block, const Window& w, const Candidates
     if (c.from > 0) sums_[c.from - 1U] -= pixel;
     if (c.to > 0) sums_[c.to - 1U] += pixel;
   }
-  count(block, w, now, near);
+  count(border, now, near);
 }
 
 // Of a window's pixels with a mark.
