@@ -85,8 +85,8 @@ struct PixelRows {
   double cy;
 };
 template <bool kMeasure>
-void label_rows(const PixelRows& rows, const PixelColumns& near, float limit,
-                lanes::Float4* least) {
+void label_rows_portable(const PixelRows& rows, const PixelColumns& near, float limit,
+                         lanes::Float4* least) {
   constexpr int kRow = PixelColumns::kRow;
   const PixelRows r = rows;  // its own: bytes that are written may be anything's
   const float* d = r.d;
@@ -103,6 +103,69 @@ void label_rows(const PixelRows& rows, const PixelColumns& near, float limit,
     near.label<kMeasure>(padded, row, limit, marks, least);
     std::copy(marks, marks + r.width, out);
   }
+}
+
+#if defined(LAMINA_AVX2)
+// Four lanes of anything, twice.
+template <class Four>
+LAMINA_AVX2 inline __m256 twice(const Four& x) {
+  return _mm256_broadcast_ps(reinterpret_cast<const __m128*>(&x));
+}
+
+// The same, eight lanes at a time; eight columns.
+template <bool kMeasure>
+LAMINA_AVX2 void label_rows_avx2(const PixelRows& rows, const PixelColumns& near, float most,
+                                 lanes::Float4* least) {
+  const PixelRows r = rows;
+  const __m256 limit = _mm256_set1_ps(most), zero = _mm256_setzero_ps();
+  __m256 nearest[PixelLabeller::Candidates::kMost];
+  for (std::size_t k = 0; kMeasure && k < near.count; ++k) nearest[k] = twice(least[k]);
+  const float* d = r.d;
+  std::uint8_t* out = r.out;
+  for (int v = r.v; v < r.v + r.height; ++v, d += r.stride, out += r.stride) {
+    const __m256 row = _mm256_set1_ps(static_cast<float>(v - r.cy)), x = _mm256_loadu_ps(d);
+    const __m256 measured = _mm256_cmp_ps(x, zero, _CMP_GT_OQ);
+    __m256 best = _mm256_set1_ps(1e9F), label = zero;
+    for (std::size_t k = 0; k < near.count; ++k) {
+      const PixelColumns::Plane& p = near.planes[k];
+      const auto* const start = reinterpret_cast<const float*>(p.start);
+      __m256 plane = _mm256_add_ps(_mm256_loadu_ps(start), _mm256_mul_ps(twice(p.b), row));
+      plane = _mm256_add_ps(_mm256_add_ps(plane, twice(p.c)), twice(p.step));
+      const __m256 residual = _mm256_sub_ps(x, plane);
+      const __m256 misfit = _mm256_mul_ps(_mm256_mul_ps(twice(p.weight), residual), residual);
+      const __m256 cost = _mm256_add_ps(misfit, twice(p.offset));
+      const __m256 better = _mm256_and_ps(_mm256_cmp_ps(misfit, limit, _CMP_LE_OQ),
+                                          _mm256_cmp_ps(cost, best, _CMP_LT_OQ));
+      label = _mm256_blendv_ps(label, twice(p.mark), better);
+      best = _mm256_blendv_ps(best, cost, better);
+      if constexpr (kMeasure) {
+        nearest[k] = _mm256_blendv_ps(nearest[k], _mm256_min_ps(misfit, nearest[k]), measured);
+      }
+    }
+    const __m256i marks = _mm256_castps_si256(_mm256_and_ps(label, measured));
+    const __m128i shorts =
+        _mm_packs_epi32(_mm256_castsi256_si128(marks), _mm256_extracti128_si256(marks, 1));
+    const long long bytes = _mm_cvtsi128_si64(_mm_packus_epi16(shorts, shorts));
+    std::memcpy(out, &bytes, sizeof(bytes));
+  }
+  for (std::size_t k = 0; kMeasure && k < near.count; ++k) {
+    const __m128 half =
+        _mm_min_ps(_mm256_castps256_ps128(nearest[k]), _mm256_extractf128_ps(nearest[k], 1));
+    std::memcpy(&least[k], &half, sizeof(half));
+  }
+}
+#endif
+
+template <bool kMeasure>
+void label_rows(const PixelRows& rows, const PixelColumns& near, float limit,
+                lanes::Float4* least) {
+#if defined(LAMINA_AVX2)
+  if (rows.width == PixelColumns::kRow && lanes::has_avx2()) {
+    label_rows_avx2<kMeasure>(rows, near, limit, least);
+    return;
+  }
+#endif
+  label_rows_portable<kMeasure>(rows, near, limit, least);
 }
 
 // Where two planes meet: pixels of either, less than `band` (px) from where their difference is 0,

@@ -147,23 +147,19 @@ DisparitySums PixelLabeller::sums_of(const Window& w, const Marks& all, std::uin
     const double mid_u = w.u0 + u + 0.5 * (kRow - 1) - geometry_->cx;
     const float shift =
         plane.dot(Eigen::Vector3f(static_cast<float>(mid_u), static_cast<float>(mid_v), 1));
+    const float* d = image_->row(w.v0) + w.u0 + u;
+    const std::uint8_t* marks = all.first + u;
     BlockSums sums;
-    for (int half = 0; half < 2; ++half) {
-      const int count = std::clamp(width - 4 * half, 0, 4);
-      const float* d = image_->row(w.v0) + w.u0 + u + 4 * half;
-      const std::uint8_t* marks = all.first + u + 4 * half;
-      if (count == 4) {
-        sums.half[half] = marked_sums(d, image_->width, marks, all.stride, w.height, shift, mark);
-        continue;
-      }
-      std::vector<float> padded(4 * static_cast<std::size_t>(w.height), 0.0F);
+    if (width == kRow) {
+      sums = marked_sums8(d, image_->width, marks, all.stride, w.height, shift, mark);
+    } else {
+      std::vector<float> padded(kRow * static_cast<std::size_t>(w.height), 0.0F);
       std::vector<std::uint8_t> padded_marks(padded.size(), 0);
       for (int v = 0; v < w.height; ++v) {
-        std::copy_n(d + std::ptrdiff_t{v} * image_->width, count, &padded[4 * v]);
-        std::copy_n(marks + std::ptrdiff_t{v} * all.stride, count, &padded_marks[4 * v]);
+        std::copy_n(d + std::ptrdiff_t{v} * image_->width, width, &padded[kRow * v]);
+        std::copy_n(marks + std::ptrdiff_t{v} * all.stride, width, &padded_marks[kRow * v]);
       }
-      sums.half[half] =
-          marked_sums(padded.data(), 4, padded_marks.data(), 4, w.height, shift, mark);
+      sums = marked_sums8(padded.data(), kRow, padded_marks.data(), kRow, w.height, shift, mark);
     }
     total += to_sums(sums, mid_u, mid_v, static_cast<double>(shift));
   }
