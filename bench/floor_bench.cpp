@@ -3,6 +3,7 @@
 //   floor_bench table1    heights of obstacles' tops: sections x sensors x distances, 20 runs
 //   floor_bench real FOLDER [v | straight]    a recording's floor; v: frame by frame;
 //                                             straight: less the bend that its planes tell
+//   floor_bench least FOLDER [PASSES]    a recording's times, of each frame the least of 8 passes
 //   floor_bench picture SCENE|FOLDER INDEX FILE.ppm    labels as colours
 #include <lamina/frontend/floor/blocks.hpp>
 #include <lamina/frontend/floor/distortion_estimator.hpp>
@@ -363,9 +364,12 @@ void picture(const char* input, int index, const char* file) {
 int main(int argc, char** argv) {
   const std::string verb = argc > 1 ? argv[1] : "all";
   const bool all = verb == "all";
-  const int count = argc > 2 && verb != "real" && verb != "picture" ? std::atoi(argv[2]) : 0;
+  const int count =
+      argc > 2 && verb != "real" && verb != "picture" && verb != "least" ? std::atoi(argv[2]) : 0;
   const std::string how = argc > 3 ? argv[3] : "";
   if (verb == "real" && argc > 2) bench_real(argv[2], how == "v", how == "straight");
+  if (verb == "least" && argc > 2)
+    bench_least(argv[2], argc > 3 ? std::max(1, std::atoi(argv[3])) : 8);
   if (verb == "picture" && argc > 4) picture(argv[2], std::atoi(argv[3]), argv[4]);
   if (all || verb == "time") bench_time();
   if (all || verb == "planes") bench_planes(argc > 2);

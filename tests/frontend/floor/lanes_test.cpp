@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <cstring>
 
 #include <lamina/frontend/floor/inner_blocks.hpp>
 #include <lamina/frontend/floor/lanes.hpp>
@@ -80,6 +81,50 @@ TEST(Lanes, MarkedSumsAreThoseOfAPlainLoop) {
     EXPECT_EQ(sums.sum_ye(), ye);
     EXPECT_EQ(sums.sum_ee(), ee);
   }
+}
+
+TEST(Lanes, EightColumnsAtOnceSumAsTwoHalves) {
+  std::array<std::uint8_t, 80> marks{};
+  std::array<float, 80> d{};
+  for (std::size_t i = 0; i < d.size(); ++i) {
+    marks[i] = byte_at(static_cast<int>(i));
+    d[i] = 20.0F + 1.0F / static_cast<float>(i + 3);  // inexact: the order of sums tells
+  }
+  for (const int rows : {8, 5}) {
+    const BlockSums a = marked_sums8(d.data(), 10, marks.data(), 10, rows, 20.1F, 2);
+    const BlockSums b = marked_sums8_portable(d.data(), 10, marks.data(), 10, rows, 20.1F, 2);
+    ASSERT_GT(b.count(), 0);
+    EXPECT_EQ(std::memcmp(&a, &b, sizeof(a)), 0);
+  }
+}
+
+TEST(Lanes, BytesAreCountedComparedAndNarrowed) {
+  std::array<std::uint8_t, 40> p{}, q{};
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    p[i] = byte_at(static_cast<int>(i));
+    q[i] = i % 3 == 0 ? static_cast<std::uint8_t>(p[i] + 128) : p[i];
+  }
+  int expected = 0;
+  for (int r = 0; r < 4; ++r) {
+    for (int k = 0; k < 8; ++k) expected += p[static_cast<std::size_t>(10 * r + k)] == 2;
+  }
+  ASSERT_GT(expected, 0);
+  EXPECT_EQ(count_eights(p.data(), 10, 4, 2), expected);
+  std::uint64_t differ = 0;
+  for (std::size_t k = 0; k < 8; ++k) differ |= (k % 3 == 0 ? 1ULL : 0ULL) << (8 * k);
+  EXPECT_EQ(changed8(p.data(), q.data()), differ);
+  const Byte8 bytes = narrow8(Int4{-1, 0, 0, -1}, Int4{0, -1, -1, 0});
+  for (int k = 0; k < 8; ++k) {
+    EXPECT_EQ(bytes[k], k == 0 || k == 3 || k == 5 || k == 6 ? 255 : 0) << k;
+  }
+}
+
+TEST(Lanes, TheLeastPassesOverWhatIsMasked) {
+  const Float4 least = least4(unless(Int4{0, -1, 0, 0}, Float4{1, 2, 3, 4}), Float4{2, 3, 2, 4});
+  EXPECT_EQ(least[0], 1);
+  EXPECT_EQ(least[1], 3);
+  EXPECT_EQ(least[2], 2);
+  EXPECT_EQ(least[3], 4);
 }
 
 TEST(InnerBlocks, HaveEightNeighboursOfTheirKind) {
