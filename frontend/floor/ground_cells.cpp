@@ -126,12 +126,12 @@ class PatchWalk {
     if (!(upper[kPatchU / 2] > 0)) return;
     const PatchMean mean = mean_of(upper, image_.row(v + 1) + u, limit_);
     if (!mean.good) return add_edge(u, v, kPatchV);
-    const float z = fb_ / mean.d;
     const Eigen::Vector3f r = ray(static_cast<float>(u) + 3.5F, static_cast<float>(v) + 0.5F);
+    const std::size_t m = mark(u + kPatchU / 2, v);
+    const float z = depth_of(mean.d, m, r);
     const Eigen::Vector3f p = R_ * (z * r) + t_;
     GroundSums* cell = cell_of(p);
     if (cell == nullptr) return;
-    const std::size_t m = mark(u + kPatchU / 2, v);
     const float residual = planes_[m].reference.head<3>().dot(p) + planes_[m].reference.w();
     cell->top = std::max(cell->top, top_of(p.z(), m, r, z));
     if (std::abs(residual) > kBand) {
@@ -148,6 +148,13 @@ class PatchWalk {
       cell->floor_z += p.z() * kPatchPixels;
       cell->plane = static_cast<std::int16_t>(m - 1);
     }
+  }
+
+  // A patch of what stands upright lies where its plane does: by its own depth the noise of ranges
+  // strews a wall over the floor before it.
+  float depth_of(float d, std::size_t m, const Eigen::Vector3f& r) const {
+    const float inverse = m > 0 && !planes_[m].level ? planes_[m].inverse_depth.dot(r) : 0;
+    return inverse > 1e-3F ? 1 / inverse : fb_ / d;
   }
 
   // Rims of things that stand: each pixel by the plane it belongs to, which knows its depth better
