@@ -133,7 +133,11 @@ void fill_outline(const std::vector<Eigen::Vector2d>& outline, const Incline& in
         s.source = source;
         s.reach = Support::kPlaneReach;
         s.height = height + static_cast<float>(offset.mean);
-        if (!fills(s, has_surfels, i, j, canvas)) continue;
+        if (canvas.met(s.cell, s.height)) {
+          s.reach = Support::kMetReach;
+        } else if (!fills(s, has_surfels, i, j, canvas)) {
+          continue;
+        }
         s.variance = static_cast<float>(offset.predictive(incline.variance(d)));
         canvas.supports.push_back(s);
       }

@@ -1,6 +1,8 @@
 // Scan conversion of discs and outlines into a tile: internal to the rasterizer.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -98,9 +100,21 @@ struct Canvas {
   LocalOffsets offsets;
   Trends trends;
   std::vector<Support> supports;
+  std::vector<Obstacle> points;  ///< loose ones, ascending by cell
 
   Eigen::Vector2d center(int i, int j) const {
     return center_of({tile.first.i + i, tile.first.j + j}, options.resolution);
+  }
+  /// Does a loose point of the cell lie no more than a step from this height? It is of the surface
+  /// there, then, and nothing that stands on it.
+  bool met(std::int32_t cell, float height) const {
+    const auto T = static_cast<float>(options.max_step);
+    auto point = std::lower_bound(points.begin(), points.end(), cell,
+                                  [](const Obstacle& p, std::int32_t c) { return p.cell < c; });
+    for (; point != points.end() && point->cell == cell; ++point) {
+      if (std::abs(point->high - height) <= T) return true;
+    }
+    return false;
   }
 };
 

@@ -56,6 +56,7 @@ void take(const Level& level, bool reached, Site& site) {
   site.trend = s.trend;
   site.supported = true;
   site.reached = reached;
+  site.met = !reached && s.reach == Support::kMetReach;
   if (reached) site.reference = s.height;
 }
 

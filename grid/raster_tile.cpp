@@ -110,7 +110,9 @@ void merge_obstacles(std::vector<Obstacle>& obstacles) {
 }
 
 // A single loose point is noise; two within neighbouring cells are something.
-void draw_points(const PlanarMap& map, const RasterOptions& options, Tile& tile) {
+std::vector<Obstacle> points_of(const PlanarMap& map, const RasterOptions& options,
+                                const Tile& tile) {
+  std::vector<Obstacle> points;
   constexpr int kWide = kSide + 2;
   std::array<std::uint8_t, static_cast<std::size_t>(kWide) * kWide> count{};
   const auto place = [&](const Eigen::Vector3d& p) {
@@ -135,8 +137,11 @@ void draw_points(const PlanarMap& map, const RasterOptions& options, Tile& tile)
     }
     if (near < 2) continue;
     const auto z = static_cast<float>(p.z());
-    tile.obstacles.push_back({cell_in(c.x() - 1, c.y() - 1), z, z});
+    points.push_back({cell_in(c.x() - 1, c.y() - 1), z, z});
   }
+  std::sort(points.begin(), points.end(),
+            [](const Obstacle& a, const Obstacle& b) { return a.cell < b.cell; });
+  return points;
 }
 
 void draw_edge(const EdgePoint& edge, const RasterOptions& options, Tile& tile) {
@@ -173,7 +178,9 @@ void draw(const PlanarMap& map, const SurfelCounts& surfels_of, const RasterOpti
           Tile& tile) {
   tile.flags.fill(0);
   tile.obstacles.clear();
-  Canvas canvas{tile, options, DiscDistance(options.resolution, options.plane_ring), {}, {}, {}};
+  Canvas canvas{tile, options, DiscDistance(options.resolution, options.plane_ring), {}, {},
+                {},   {}};
+  canvas.points = points_of(map, options, tile);
   for (const std::int32_t k : tile.planes) {
     const MapPlane& plane = map.planes[static_cast<std::size_t>(k)];
     if (!is_steep(plane)) canvas.trends.add(plane);
@@ -198,7 +205,7 @@ void draw(const PlanarMap& map, const SurfelCounts& surfels_of, const RasterOpti
     const MapPlane& plane = map.planes[static_cast<std::size_t>(k)];
     if (!is_steep(plane)) draw_floor(plane, k, surfels_of.contains(plane.id), canvas);
   }
-  draw_points(map, options, tile);
+  tile.obstacles.insert(tile.obstacles.end(), canvas.points.begin(), canvas.points.end());
   for (const std::int32_t k : tile.edges) {
     draw_edge(map.edges[static_cast<std::size_t>(k)], options, tile);
   }

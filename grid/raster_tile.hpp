@@ -43,6 +43,7 @@ struct Support {
   Trend trend;              ///< of the plane it is of; its own where it is of none
 
   static constexpr float kPlaneReach = 1e6F;
+  static constexpr float kMetReach = 2;  ///< of a plane, with loose points at its height
   bool from_plane() const { return reach == kPlaneReach; }
 };
 
@@ -70,6 +71,7 @@ struct Site {
   bool supported = false;      ///< there is a surface
   bool blocked = false;        ///< something solid within the robot's height
   bool reached = false;        ///< the surface is connected to the path
+  bool met = false;            ///< it is not, and single points alone say that it is there
   bool surface_above = false;  ///< what blocks is a surface seen from above: it has an edge
   std::uint8_t flags = 0;
   // By the sites around (`look_around`).
@@ -82,7 +84,7 @@ struct Site {
     return std::memcmp(this, &other, offsetof(Site, complete)) == 0;
   }
 };
-static_assert(std::is_trivially_copyable_v<Site> && offsetof(Site, complete) == 9 * 4 + 5);
+static_assert(std::is_trivially_copyable_v<Site> && offsetof(Site, complete) == 9 * 4 + 6);
 
 /// A link between components of neighbouring tiles.
 struct Link {

@@ -200,6 +200,7 @@ void look_around(const SitesAround& around, const RasterOptions& options, Site& 
         site.complete = false;
         continue;
       }
+      if (other->met) site.complete = false;
       if (is_step(*other, other->top - site.height, T)) site.step = 0;
       if (!other->supported) continue;
       site.low = std::min(site.low, other->height);
@@ -237,7 +238,7 @@ NavigabilityCell verdict(const SitesAround& around, const RasterOptions& options
   const auto sure = static_cast<float>(options.min_probability);
   if (p <= 1 - sure) return never(cell, 1 - p);
   why = edge                           ? Doubt::kEdge
-        : !site->complete              ? Doubt::kNeighbourNotSeen
+        : !site->complete || site->met ? Doubt::kNeighbourNotSeen
         : site->step < sure            ? Doubt::kStep
         : level < sure                 ? Doubt::kSlope
         : beside_step(around, options) ? Doubt::kBesideStep

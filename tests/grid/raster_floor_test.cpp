@@ -24,5 +24,56 @@ TEST(RasterFloor, ATopAtACarriedCamerasHeightIsNoFloor) {
   EXPECT_TRUE(rasterizer.floor_under_path());
 }
 
+// A platform of 12 cm: its surfels end where a camera 0.5 m high sees it too flat, single patches
+// go on.
+class RasterPlatform : public ::testing::Test {
+ protected:
+  RasterPlatform() {
+    test::add_path(map_, {-2, 0, 0}, {-1, 0, 0});
+    test::add_floor(map_, {-3, -2}, {-0.3, 2}, [](double, double) { return 0.0; });
+    test::add_plate(map_, {0, -1}, {2, 1}, 0.12, true);
+    map_.planes.back().id = 7;
+    const std::size_t first = map_.surfels.size();
+    test::add_floor(map_, {0, -1}, {1, 1}, [](double, double) { return 0.12; });
+    for (std::size_t k = first; k < map_.surfels.size(); ++k) map_.surfels[k].parent_plane = 7;
+  }
+  // On or over the cells from x to x + 0.4.
+  void meet(double x, double z) {
+    for (int i = 0; i < 8; ++i) {
+      for (int j = -4; j < 4; ++j) {
+        map_.loose_points.emplace_back(x + 0.05 * i + 0.025, 0.05 * j + 0.025, z);
+      }
+    }
+  }
+  PlanarMap map_;
+};
+
+TEST_F(RasterPlatform, WhatWasMetAtItsHeightIsItsTopNoObstacle) {
+  meet(1.0, 0.127);
+  const NavigabilityGrid grid = rasterize(map_);
+  for (const double x : {1.125, 1.225, 1.325}) {
+    const NavigabilityCell cell = test::at(grid, x, 0.025);
+    EXPECT_NEAR(cell.height, 0.12F, 1e-3F) << x;
+    EXPECT_FALSE(cell.known()) << x;
+  }
+  EXPECT_NEAR(test::at(grid, 0.525, 0.025).navigability, 1 - 0.12F / 0.75F, 0.01F);
+}
+
+TEST_F(RasterPlatform, WhatStandsOnItBlocks) {
+  meet(1.0, 0.15);
+  const NavigabilityGrid grid = rasterize(map_);
+  EXPECT_EQ(test::at(grid, 1.225, 0.025).navigability, 0.0F);
+}
+
+// Points of its top above the floor that is seen under it block the floor.
+TEST_F(RasterPlatform, ItsTopBlocksTheFloorUnderIt) {
+  test::add_floor(map_, {1, -1}, {2, 1}, [](double, double) { return 0.0; });
+  test::add_path(map_, {1.5, -0.9, 0}, {1.5, 0.9, 0});
+  meet(1.2, 0.12);
+  const NavigabilityGrid grid = rasterize(map_);
+  EXPECT_EQ(test::at(grid, 1.325, 0.025).navigability, 0.0F);
+  EXPECT_EQ(test::at(grid, 1.825, 0.025).navigability, 1.0F);
+}
+
 }  // namespace
 }  // namespace lamina
