@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 namespace lamina {
@@ -20,6 +21,50 @@ constexpr double kScaleSigma = 0.05;  // of s, prior
 constexpr std::size_t kLeastPieces = 20;
 constexpr double kMedian = 0.6745;  // of |normal| of variance 1
 constexpr int kRounds = 10;
+
+// By how much the turn rate changes over a piece, by the sensor alone: from the piece before to the
+// one after. nullopt where these do not follow each other.
+template <class Pieces>
+std::optional<double> change_of_rate(const Pieces& pieces, std::size_t i) {
+  if (i == 0 || i + 1 >= pieces.size()) return std::nullopt;
+  const auto &before = pieces[i - 1], &after = pieces[i + 1];
+  if (before.to != pieces[i].from || after.from != pieces[i].to) return std::nullopt;
+  return (after.yaw / (after.to - after.from) - before.yaw / (before.to - before.from)) / 2;
+}
+
+// What the sensor alone makes of the offset's variance. A gradient of noisy wheels is noise, too:
+// squared it passes for information, and least squares puts d amid two samples, where interpolation
+// leaves least of it. Rates by the sensor know nothing of that noise: with them as instruments z
+// (and the turns themselves for s) d is known to (Z^T J)^-1 (sum of pulls squared) (Z^T J)^-T, and
+// not better than they agree.
+class Instrument {
+ public:
+  explicit Instrument(double prior) { cross_(1, 1) = prior; }
+  void add(int stretch, double weight, const Eigen::Vector2d& z, const Eigen::Vector2d& j,
+           double r) {
+    cross_ += weight * z * j.transpose();
+    pulls_.try_emplace(stretch, Eigen::Vector2d::Zero()).first->second += weight * r * z;
+    ++count_;
+  }
+  // 0 where too few pieces have neighbours to tell.
+  double variance() const {
+    if (count_ < kLeastPieces) return 0;
+    if (std::abs(cross_.determinant()) < 1e-12) return std::numeric_limits<double>::infinity();
+    const Eigen::Matrix2d inverse = cross_.inverse();
+    double sum = 0, shift = 0;  // where the sensor's rates have d, from here
+    for (const auto& [number, pull] : pulls_) {
+      const double one = inverse.row(0).dot(pull);
+      shift += one;
+      sum += one * one;
+    }
+    return sum + shift * shift;
+  }
+
+ private:
+  Eigen::Matrix2d cross_ = Eigen::Matrix2d::Zero();
+  std::map<int, Eigen::Vector2d> pulls_;
+  std::size_t count_ = 0;
+};
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -57,15 +102,19 @@ std::optional<ClockOffset::Result> ClockOffset::result(const TurnTrack& odometry
   };
   // Pieces about which the odometry tells at every offset, and that turn at some.
   std::vector<Piece> used;
+  std::vector<std::optional<double>> changes;  // of their turn rates, by the sensor
   const int steps = static_cast<int>(std::lround(kRange / kStep));
-  for (const Piece& piece : pieces_) {
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    const Piece& piece = pieces_[i];
     bool turns = std::abs(piece.yaw) > kTurns, whole = true;
     for (int k = -steps - 1; k <= steps + 1 && whole; ++k) {
       const auto yaw = turned(piece, k * kStep);
       whole = yaw.has_value();
       turns = turns || (yaw && std::abs(*yaw) > kTurns);
     }
-    if (turns && whole) used.push_back(piece);
+    if (!turns || !whole) continue;
+    used.push_back(piece);
+    changes.push_back(change_of_rate(pieces_, i));
   }
   if (used.size() < kLeastPieces) return std::nullopt;
   const auto expected_sigma = [](const Piece& piece) {
@@ -102,6 +151,7 @@ std::optional<ClockOffset::Result> ClockOffset::result(const TurnTrack& odometry
     }
     const double spread = std::max(1e-3, median(sizes) / kMedian);
     Eigen::Matrix2d H = Eigen::Matrix2d::Zero(), sandwich = Eigen::Matrix2d::Zero();
+    Instrument instrument(spread * spread / (kScaleSigma * kScaleSigma));
     H(1, 1) = spread * spread / (kScaleSigma * kScaleSigma);
     Eigen::Vector2d b(0, -s * H(1, 1));
     struct Stretch {
@@ -114,7 +164,10 @@ std::optional<ClockOffset::Result> ClockOffset::result(const TurnTrack& odometry
       const double weight = 1 / (1 + std::pow(r / (2 * spread), 2));
       H += weight * j * j.transpose();
       b += weight * r * j;
-      Stretch& stretch = stretches[static_cast<int>((used[i].from - used[0].from) / kStretch)];
+      const int number = static_cast<int>((used[i].from - used[0].from) / kStretch);
+      if (changes[i])
+        instrument.add(number, weight, {*changes[i] / expected_sigma(used[i]), j(1)}, j, r);
+      Stretch& stretch = stretches[number];
       stretch.pull += weight * r * j;
       stretch.information += weight * j(0) * j(0);
     }
@@ -134,7 +187,7 @@ std::optional<ClockOffset::Result> ClockOffset::result(const TurnTrack& odometry
         std::max(few * (inverse * sandwich * inverse)(0, 0), spread * spread * inverse(0, 0));
     d += std::clamp(step(0), -2 * kStep, 2 * kStep);
     s += step(1);
-    result = {d, std::sqrt(variance), count};
+    result = {d, std::sqrt(std::max(variance, instrument.variance())), count};
   }
   if (std::abs(d) > kRange - kStep) return std::nullopt;
   return result;

@@ -21,7 +21,8 @@ class ClockOffset {
     double value = 0;  ///< d, s: to be added to stamps
     /// By how the residuals of stretches of 4 s pull (clusters: neither noise of one piece that
     /// comes back in the next nor a slip of seconds makes it sure), and not less than the
-    /// residuals' spread gives.
+    /// residuals' spread gives, nor than what rates by the sensor alone as instruments make of it:
+    /// those of noisy wheels pass for information.
     double sigma = 0;
     /// Stretches that tell it, counted by their information: (sum h)^2 / sum h^2.
     double stretches = 0;

@@ -71,6 +71,33 @@ TEST(ClockOffset, IsNoneWhereThereIsNone) {
   }
 }
 
+// Wheels at 50 Hz whose noise is a random walk, a body that turns all the time at a rate that
+// hardly changes: what changes from sample to sample is noise, and of an offset nothing tells.
+TEST(ClockOffset, NoiseOfWheelsIsNoTurn) {
+  for (unsigned seed = 0; seed < 3; ++seed) {
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal(0, 1);
+    const auto at = [](double t) { return Timestamp::from_seconds(1000 + t); };
+    const auto yaw = [](double t) { return 0.3 * t + 0.4 * std::sin(0.5 * t); };
+    TurnTrack wheels;
+    ClockOffset sensor;
+    double walk = 0, off = 0;
+    for (int i = 0; i < 2000; ++i) {
+      const double t = 0.02 * i;
+      walk += 0.02 * std::sqrt(yaw(t + 0.02) - yaw(t)) * normal(random);
+      wheels.add(at(t), SE3::planar(0, 0, yaw(t) + walk));
+    }
+    for (int i = 1; i < 400; ++i) {
+      const double now = 0.0005 * normal(random);
+      sensor.add(at(0.1 * (i - 1)), at(0.1 * i), yaw(0.1 * i) - yaw(0.1 * (i - 1)) + now - off);
+      off = now;
+    }
+    const auto found = sensor.result(wheels);
+    EXPECT_TRUE(!found || !found->stands_out())
+        << seed << ": " << found->value << " +- " << found->sigma;
+  }
+}
+
 TEST(ClockOffset, SlippingWheelsDoNotHideIt) {
   const Drive all = drive(0.04, 80, 1, 0.1);
   const auto found = all.sensor.result(all.wheels);
