@@ -7,11 +7,12 @@
 namespace lamina::apps {
 namespace {
 
-constexpr std::size_t kPiecesOfSum = 5, kLeastSums = 6;
+constexpr std::size_t kPiecesOfSum = 5, kLeastSums = 3;
 constexpr double kNoiseWord = 6;  // sums
 constexpr std::size_t kMostPieces = 150, kEnoughPieces = 60;
 constexpr double kEnough = 0.001;
-constexpr double kBeyond = 3, kStandsOut = 4;  // sigmas
+constexpr double kBeyond = 3, kStandsOut = 4, kShortStandsOut = 5;  // sigmas
+constexpr double kShort = 30;                                       // m
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -80,7 +81,8 @@ bool WheelScale::told_enough() const {
 }
 
 bool WheelScale::stands_out(const Found& found) {
-  return std::abs(found.scale) >= kStandsOut * found.sigma;
+  const double least = found.way < kShort ? kShortStandsOut : kStandsOut;
+  return std::abs(found.scale) >= least * found.sigma;
 }
 
 }  // namespace lamina::apps

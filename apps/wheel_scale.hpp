@@ -28,11 +28,12 @@ class WheelScale {
   /// The body's motion since the last call, by wheels and by scans; nullopt where one of them does
   /// not tell it: the piece begins anew.
   void add(const std::optional<SE3>& by_wheels, const std::optional<SE3>& by_scans);
-  /// nullopt: fewer than six sums, or a third of the pieces lies beyond the scatter.
+  /// nullopt: fewer than three sums, or a third of the pieces lies beyond the scatter.
   std::optional<Found> found() const;
   /// 150 m, or 60 m that tell it to a thousandth.
   bool told_enough() const;
-  /// That it is no chance: four sigmas.
+  /// That it is no chance: four sigmas, five where less than 30 m told it: of the few sums the
+  /// noise models say more than their own scatter does.
   static bool stands_out(const Found& found);
 
  private:
