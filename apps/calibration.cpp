@@ -173,6 +173,7 @@ std::optional<WheelScale::Found> find_wheel_scale(Recording& recording, const Se
   }
   const auto found = scale.found();
   if (ended() || !found || !WheelScale::stands_out(*found)) return std::nullopt;
+  if (recording.calibration().depth_camera && !scale.beyond_noise(*found)) return std::nullopt;
   spdlog::info("wheels corrected by: scale {:+.4f} +- {:.4f}, told by scans over {:.0f} m",
                found->scale, found->sigma, found->way);
   metrics.counts["wheel_scale_correction"] = found->scale;

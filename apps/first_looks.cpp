@@ -91,8 +91,7 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
       if (lean) front_end.correct_level_scanner(*lean);
     });
   }
-  // Beside a depth camera, which sees what ends a corridor, it gains nothing.
-  if (settings.calibrate_wheels && !depth) {
+  if (settings.calibrate_wheels) {
     look("wheel_scale", [&](Recording& all) {
       const auto scale = find_wheel_scale(all, settings, front_end, metrics, input.ended);
       if (scale) front_end.begin_wheels(*scale);

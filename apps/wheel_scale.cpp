@@ -85,4 +85,9 @@ bool WheelScale::stands_out(const Found& found) {
   return std::abs(found.scale) >= least * found.sigma;
 }
 
+bool WheelScale::beyond_noise(const Found& found) const {
+  const Matrix6d of_a_metre = increment_covariance(model_, SE3::planar(1, 0, 0));
+  return found.scale * found.scale > of_a_metre(0, 0);
+}
+
 }  // namespace lamina::apps

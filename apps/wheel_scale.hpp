@@ -35,6 +35,9 @@ class WheelScale {
   /// That it is no chance: four sigmas, five where less than 30 m told it: of the few sums the
   /// noise models say more than their own scatter does.
   static bool stands_out(const Found& found);
+  /// That over a metre it is more than the wheels' stated noise: images and walls met again hold a
+  /// path against less.
+  bool beyond_noise(const Found& found) const;
 
  private:
   struct Piece {

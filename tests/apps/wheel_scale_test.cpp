@@ -53,6 +53,14 @@ TEST(WheelScale, ALargeOneIsToldByAShortWay) {
   EXPECT_TRUE(WheelScale::stands_out(*found));
 }
 
+TEST(WheelScale, IsBeyondTheNoiseOfAMetre) {
+  OdometryModel model;
+  model.sigma_translation = 0.02;
+  const WheelScale scale(model);
+  EXPECT_TRUE(scale.beyond_noise({-0.03, 0.001, 100}));
+  EXPECT_FALSE(scale.beyond_noise({-0.015, 0.001, 100}));
+}
+
 TEST(WheelScale, OfAShortWayStandsOutByFiveSigmas) {
   EXPECT_TRUE(WheelScale::stands_out({-0.045, 0.01, 31}));
   EXPECT_FALSE(WheelScale::stands_out({-0.045, 0.01, 29}));
@@ -121,7 +129,9 @@ std::vector<testing::Wall> corridor_with_niches(double length) {
 // Down the corridor, by wheels that count `wheels_are` times the way.
 class Corridor final : public Recording {
  public:
-  Corridor(double wheels_are, bool wheels) : wheels_are_(wheels_are), wheels_(wheels) {
+  Corridor(double wheels_are, bool wheels, bool camera = false)
+      : wheels_are_(wheels_are), wheels_(wheels) {
+    if (camera) calibration_.depth_camera.emplace();
     scanner_.beams = 301;
     scanner_.fov = 2 * M_PI;
     scanner_.range_max = 8;
@@ -153,8 +163,9 @@ class Corridor final : public Recording {
 
 const auto kOn = [] { return false; };
 
-std::optional<WheelScale::Found> scale_in_corridor(double wheels_are, io::Metrics& metrics) {
-  Corridor recording(wheels_are, true);
+std::optional<WheelScale::Found> scale_in_corridor(double wheels_are, io::Metrics& metrics,
+                                                   bool camera = false) {
+  Corridor recording(wheels_are, true, camera);
   const FrontEnd told({}, recording.calibration());
   return find_wheel_scale(recording, {}, told, metrics, kOn);
 }
@@ -166,6 +177,13 @@ TEST(FindWheelScale, ACorridorTellsIt) {
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->scale, 1 / 1.03 - 1, 0.005);
   EXPECT_EQ(metrics.counts["wheel_scale_correction"], found->scale);
+}
+
+// What the camera and walls met again do not hold.
+TEST(FindWheelScale, BesideACameraALargeOneIsTakenOut) {
+  io::Metrics metrics;
+  EXPECT_TRUE(scale_in_corridor(1.03, metrics, true));
+  EXPECT_FALSE(scale_in_corridor(1.012, metrics, true));
 }
 
 TEST(FindWheelScale, WithoutTheLookWheelsLeadScans) {
