@@ -270,16 +270,15 @@ void Mapper::ensure_in_window(PlaneId id, const PlaneEvidence& evidence) {
 // --------------------------------------------------------------------------- estimation
 
 // The body's pose relative to its keyframe, planes held: prior from odometry, planes as seen.
-void Mapper::localize(Step& step) {
+Mapper::Relative Mapper::located(const Relative& predicted, const Step& step) const {
   const SE3 T_map_keyframe = graph_.at(keyframe_).T_map_body;
-  const SE3 predicted = estimate_.T_keyframe_body;
-  const Eigen::LLT<Matrix6d> llt(estimate_.covariance);
-  if (llt.info() != Eigen::Success) return;
+  const Eigen::LLT<Matrix6d> llt(predicted.covariance);
+  if (llt.info() != Eigen::Success) return predicted;
   const Matrix6d prior = llt.solve(Matrix6d::Identity());
-  SE3 T = predicted;
+  SE3 T = predicted.T_keyframe_body;
   Matrix6d H = prior;
   for (int round = 0; round < 2; ++round) {
-    const Vector6d off = (predicted.inverse() * T).log();
+    const Vector6d off = (predicted.T_keyframe_body.inverse() * T).log();
     H = prior;
     Vector6d g = prior * off;
     for (std::size_t i = 0; i < step.evidence.size(); ++i) {
@@ -304,12 +303,13 @@ void Mapper::localize(Step& step) {
       g += weight * gradient;
     }
     const Vector6d delta = H.llt().solve(-g);
-    if (!delta.allFinite()) return;
+    if (!delta.allFinite()) return predicted;
     T = T * SE3::exp(delta);
   }
-  estimate_.T_keyframe_body = T;
-  estimate_.covariance = H.llt().solve(Matrix6d::Identity());
+  return {T, H.llt().solve(Matrix6d::Identity())};
 }
+
+void Mapper::localize(Step& step) { estimate_ = located(estimate_, step); }
 
 void Mapper::solve_window(Step& step) {
   WindowReport report = window_.solve();

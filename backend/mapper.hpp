@@ -132,11 +132,16 @@ class Mapper {
   // One step of add() each, in this order.
   void predict(Step& step) const;
   void associate_all(Step& step);
+  void associate_together(Step& step);
+  void look_again(Step& step);
+  std::optional<std::vector<AssociationDecision>> supposed(const Step& step, std::size_t index,
+                                                           const AssociationCandidate& candidate);
   /// Of two views of one moment that went to one plane and cannot be of one: the worse is let go.
   void part_what_one_view_tells_apart(Step& step) const;
   bool wants_keyframe(const Step& step) const;
   void start_keyframe(Step& step);
   void gather(Step& step);
+  Relative located(const Relative& predicted, const Step& step) const;
   void localize(Step& step);
   void solve_window(Step& step);
   void tidy(Step& step);
@@ -170,6 +175,8 @@ class Mapper {
   std::size_t part_rejected(const std::vector<FactorRef>& rejected, PlanePairs& apart);
   std::size_t merge_lines();
   std::vector<std::pair<PlaneId, PlaneId>> merge_refined(const PlanePairs& apart);
+  std::size_t hear_shifts(const RefineResult& refined, const RefineOptions& options,
+                          const std::function<bool(const RefineProgress&)>& progress);
   std::size_t hear_merges(const RefineResult& refined, const RefineOptions& options,
                           const PlanePairs& apart,
                           const std::function<bool(const RefineProgress&)>& progress);

@@ -1,13 +1,20 @@
 // Which plane each observation is of: candidates, what the front-end followed, planes in the
 // making.
+#include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include <Eigen/Cholesky>
 
 #include <lamina/backend/level_gaps.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/mapper_step.hpp>
 
 namespace lamina {
+
+namespace {
+constexpr double kDegree = M_PI / 180.0;
+}  // namespace
 
 AssociationOptions followed(const AssociationOptions& options) {
   constexpr double kFollowedDegrees = 60;
@@ -237,6 +244,120 @@ void Mapper::part_what_one_view_tells_apart(Step& step) const {
   }
 }
 
+namespace {
+
+// Views that could be of one plane as far as their tilt goes.
+bool parallel(const PlaneEvidence& a, const PlaneEvidence& b, const AssociationOptions& options) {
+  return angle_between(a.plane_body, b.plane_body) <= options.max_angle_deg * kDegree;
+}
+
+std::size_t decided(const std::vector<AssociationDecision>& decisions) {
+  return static_cast<std::size_t>(std::count_if(
+      decisions.begin(), decisions.end(),
+      [](const AssociationDecision& decision) { return decision.plane != PlaneId::kNone; }));
+}
+
+double misfit(const std::vector<AssociationDecision>& decisions) {
+  double sum = 0;
+  for (const AssociationDecision& decision : decisions) {
+    if (decision.plane != PlaneId::kNone) sum += decision.chi_squared;
+  }
+  return sum;
+}
+
+// Missed by a gate, not for want of a candidate.
+bool missed(const AssociationDecision& decision) {
+  return decision.plane == PlaneId::kNone && (decision.reason == AssociationReason::kDistance ||
+                                              decision.reason == AssociationReason::kChiSquared);
+}
+
+}  // namespace
+
+// What the views of one moment are of when evidence[index] is of `candidate`: the pose follows it
+// and all that it does not run along, and what does is associated from there. nullopt: odometry
+// contradicts that, or the view does not fit even so.
+std::optional<std::vector<AssociationDecision>> Mapper::supposed(
+    const Step& step, std::size_t index, const AssociationCandidate& candidate) {
+  constexpr double kGatePose = 16.8;  // 99 % of 6 degrees
+  Step other = step;
+  auto& decisions = other.result.decisions;
+  std::vector<std::size_t> along;
+  for (std::size_t k = 0; k < decisions.size(); ++k) {
+    if (!parallel(step.evidence[k], step.evidence[index], options_.association)) continue;
+    decisions[k].plane = PlaneId::kNone;
+    if (k != index) along.push_back(k);
+  }
+  decisions[index].plane = candidate.id;
+  const auto follow = [&] {
+    other.estimate = located(step.estimate, other);
+    other.T_map_body = graph_.at(keyframe_).T_map_body * other.estimate.T_keyframe_body;
+  };
+  follow();
+  for (const std::size_t k : along) decisions[k] = associate_one(k, other);
+  AssociationCandidate c = candidate;
+  c.covariance =
+      carried(relative_covariance(c.id), other.estimate.T_keyframe_body, other.estimate.covariance);
+  decisions[index] =
+      associate(step.evidence[index], other.T_map_body, std::span(&c, 1), options_.association);
+  part_what_one_view_tells_apart(other);
+  if (decisions[index].plane == PlaneId::kNone) return std::nullopt;
+  follow();
+  const Vector6d off =
+      (step.estimate.T_keyframe_body.inverse() * other.estimate.T_keyframe_body).log();
+  const Eigen::LLT<Matrix6d> llt(step.estimate.covariance);
+  if (llt.info() != Eigen::Success || !(off.dot(llt.solve(off)) <= kGatePose)) return std::nullopt;
+  return decisions;
+}
+
+// A pose that is off by half of what two surfaces stand apart makes the one fit the other's plane,
+// and leaves the other without. What views of one moment say of each other no pose can change:
+// where two are told apart and one of them fits nothing, the pose at which more of them are of
+// planes that are known holds (joint compatibility [Neira2001]).
+void Mapper::associate_together(Step& step) {
+  if (keyframe_ == KeyframeId::kNone) return;
+  const auto& options = options_.association;
+  auto best = step.result.decisions;
+  for (std::size_t i = 0; i < step.evidence.size(); ++i) {
+    const PlaneEvidence& evidence = step.evidence[i];
+    if (evidence.partial || !missed(step.result.decisions[i])) continue;
+    bool told = false;
+    for (std::size_t j = 0; j < step.evidence.size() && !told; ++j) {
+      told = step.result.decisions[j].plane != PlaneId::kNone &&
+             parallel(evidence, step.evidence[j], options) &&
+             disagreement_in_view(evidence, step.evidence[j], options) > options.gate_full;
+    }
+    if (!told) continue;
+    for (const AssociationCandidate& c : candidates(evidence, step.T_map_body)) {
+      if (!window_.contains(c.id)) continue;
+      auto other = supposed(step, i, c);
+      if (!other) continue;
+      const std::size_t more = decided(*other), most = decided(best);
+      if (more > most || (more == most && more > decided(step.result.decisions) &&
+                          misfit(*other) < misfit(best))) {
+        best = std::move(*other);
+      }
+    }
+  }
+  step.result.decisions = std::move(best);
+}
+
+// Views that missed a gate, once more from where those that did not put the body.
+void Mapper::look_again(Step& step) {
+  auto& decisions = step.result.decisions;
+  if (keyframe_ == KeyframeId::kNone || decided(decisions) == 0) return;
+  std::optional<Step> placed;
+  for (std::size_t i = 0; i < decisions.size(); ++i) {
+    if (step.evidence[i].partial || !missed(decisions[i])) continue;
+    if (!placed) {
+      placed.emplace(step);
+      placed->estimate = located(step.estimate, step);
+      placed->T_map_body = graph_.at(keyframe_).T_map_body * placed->estimate.T_keyframe_body;
+    }
+    decisions[i] = associate_one(i, *placed);
+  }
+  if (placed) part_what_one_view_tells_apart(step);
+}
+
 void Mapper::associate_all(Step& step) {
   auto young = tentative_candidates(step.T_map_body);
   for (auto& c : young) {
@@ -246,6 +367,8 @@ void Mapper::associate_all(Step& step) {
     step.result.decisions.push_back(associate_one(i, step));
   }
   part_what_one_view_tells_apart(step);
+  associate_together(step);
+  look_again(step);
   for (std::size_t i = 0; i < step.evidence.size(); ++i) {
     const AssociationDecision& decision = step.result.decisions[i];
     std::optional<std::size_t> forming;

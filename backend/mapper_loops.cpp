@@ -181,10 +181,12 @@ void Mapper::share_outlines(PlaneId old, PlaneId made) {
 RefineResult Mapper::settle_planes(RefineResult result, const RefineOptions& options,
                                    const std::function<bool(const RefineProgress&)>& progress) {
   const int most_rounds = options.thorough ? 4 : 2;
+  constexpr int kMostShifts = 3;
   PlanePairs apart;
   std::vector<std::pair<PlaneId, PlaneId>> merged;
   bool heard = false;
-  for (int round = 0; round < most_rounds; ++round) {
+  int shifts = 0;
+  for (int round = 0; round < most_rounds + shifts; ++round) {
     std::size_t changes = undo_contradicted(merged, apart) + stand_up_fallen();
     if (round == 0) {
       changes += part_rejected(result.rejected, apart);
@@ -192,8 +194,13 @@ RefineResult Mapper::settle_planes(RefineResult result, const RefineOptions& opt
       if (options_.merge_planes) changes += merge_lines();
     }
     merged.clear();
-    if (options_.merge_planes && round + 1 < most_rounds) merged = merge_refined(apart);
+    if (options_.merge_planes && round + 1 < most_rounds + shifts) merged = merge_refined(apart);
     changes += merged.size();
+    if (changes == 0 && options.thorough && options_.merge_planes && shifts < kMostShifts &&
+        hear_shifts(result, options, progress) > 0) {
+      ++changes;
+      ++shifts;
+    }
     if (changes == 0 && options.thorough && options_.merge_planes && !heard) {
       heard = true;
       changes += hear_merges(result, options, apart, progress);

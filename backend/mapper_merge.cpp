@@ -7,6 +7,7 @@
 #include <lamina/backend/merge_hearing.hpp>
 #include <lamina/backend/plane_doubles.hpp>
 #include <lamina/backend/plane_split.hpp>
+#include <lamina/backend/shifted_names.hpp>
 
 namespace lamina {
 namespace {
@@ -103,6 +104,19 @@ std::vector<std::pair<PlaneId, PlaneId>> Mapper::merge_refined(const PlanePairs&
   if (pairs.empty()) pairs = find_slivers(graph_, outlines_, apart, options);
   for (const auto& [from, into] : pairs) join_planes(from, into);
   return pairs;
+}
+
+// Names of planes in a row that have slipped by one.
+std::size_t Mapper::hear_shifts(const RefineResult& refined, const RefineOptions& options,
+                                const std::function<bool(const RefineProgress&)>& progress) {
+  DoubleOptions doubles;
+  doubles.association = options_.association;
+  const auto heard = hear_shifted_names(graph_, find_shifted_names(graph_, outlines_, doubles),
+                                        doubles.gate, refined, options, progress);
+  if (!heard) return 0;
+  share_outlines(heard->into, heard->beside);
+  join_planes(heard->from, heard->into);
+  return 1;
 }
 
 // Planes that are seen through each other.

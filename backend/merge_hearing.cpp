@@ -15,12 +15,6 @@ namespace {
 using Pairs = std::vector<std::pair<PlaneId, PlaneId>>;
 constexpr int kMostTrials = 5;
 
-double truncated_cost(const RefineResult& result, double limit) {
-  double sum = cost_of_leaving_out(result.rejected, limit);
-  for (const CostChange& change : result.costs) sum += change.after;
-  return sum;
-}
-
 /// A copy with one name for each pair, and which views are of a pair.
 struct Trial {
   Graph graph;
@@ -85,6 +79,12 @@ Pairs::iterator worst(const Trial& trial, Pairs& pairs) {
 }
 
 }  // namespace
+
+double truncated_cost(const RefineResult& result, double limit) {
+  double sum = cost_of_leaving_out(result.rejected, limit);
+  for (const CostChange& change : result.costs) sum += change.after;
+  return sum;
+}
 
 Pairs hear_merges_together(Graph& graph, Pairs pairs, const RefineResult& refined,
                            const RefineOptions& options,

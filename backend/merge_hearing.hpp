@@ -8,6 +8,10 @@
 
 namespace lamina {
 
+/// Of a refined graph: squared residuals, and `limit` for each view that was rejected, four times
+/// that for a loop (cost_of_leaving_out()).
+double truncated_cost(const RefineResult& result, double limit);
+
 /// Pairs (from, into) of planes that cannot both be there (find_seen_through()) and that no small
 /// correction makes one: a view with a wrong name holds a stretch of the path where the two are
 /// apart, and every pair of that stretch with it. All pairs are taken for one at once, their views

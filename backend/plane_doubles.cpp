@@ -13,6 +13,7 @@
 #include <lamina/backend/covariance.hpp>
 #include <lamina/backend/level_gaps.hpp>
 #include <lamina/backend/plane_neighbourhood.hpp>
+#include <lamina/backend/views_apart.hpp>
 #include <lamina/models/linalg.hpp>
 
 namespace lamina {
@@ -248,27 +249,7 @@ std::vector<std::pair<PlaneId, PlaneId>> find_seen_through(
     const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
     const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options) {
   const PlaneNeighbourhood near(graph, outlines, options.association.max_gap_m, false);
-  std::map<PlaneId, std::map<KeyframeId, Moments>> views;
-  for (const auto& f : graph.plane_moments) {
-    if (f.weight >= 0.5) views[f.plane][f.keyframe].merge(f.moments_body);
-  }
-  // Whether a keyframe's views of both cannot be of one plane: no pose stands between them. The
-  // plane may lean a little: strokes of one scan all lie in the scan's own plane.
-  const double lean = 1 / std::pow(options.association.max_angle_deg * kDegree, 2);
-  const auto told_apart = [&](PlaneId a, PlaneId b) {
-    const auto& of_b = views[b];
-    return std::any_of(views[a].begin(), views[a].end(), [&](const auto& view) {
-      const auto other = of_b.find(view.first);
-      if (other == of_b.end()) return false;
-      Moments both = view.second;
-      both.merge(other->second);
-      const Eigen::Vector3d n_body =
-          graph.at(view.first).T_map_body.so3().inverse() * graph.at(b).plane_anchor.normal();
-      const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - n_body * n_body.transpose();
-      const Eigen::Matrix3d scatter = both.scatter() + lean * across;
-      return symmetric_eigen(scatter).values(0) > options.gate;
-    });
-  };
+  const ViewsApart views(graph, options.association, options.gate);
   struct Near {
     PlaneId small, large;
     double off;  // m
@@ -280,7 +261,7 @@ std::vector<std::pair<PlaneId, PlaneId>> find_seen_through(
     const PlaneLandmark &small = graph.at(a), &large = graph.at(b);
     const double off = std::abs(large.plane_map().signed_distance(near.middle(a)));
     if (!(off <= kMostOff) || width_of(small.outline) < kWide) continue;
-    if (told_apart(a, b) || gaps.step(a, b)) {
+    if (views.told_apart(a, b) || gaps.step(a, b)) {
       for (const PlaneId id : {a, b}) {
         const auto known = nearest_other.emplace(id, off).first;
         known->second = std::min(known->second, off);

@@ -11,7 +11,7 @@ namespace {
 
 using namespace made_up;  // NOLINT
 
-// Of all seeds some doubles are left, short of the aim of 0.95: `laps_bench doubles`.
+// Of all seeds some doubles are left: `laps_bench doubles`.
 void expect_all_merged(const std::vector<unsigned>& seeds, int at_least) {
   Doubles doubles;
   for (const unsigned seed : seeds) {

@@ -216,6 +216,37 @@ TEST(Mapper, OneViewTellsASlabFromItsWall) {
   EXPECT_EQ(mapper.map().planes.size(), 2u);
 }
 
+// Odometry is off by two sigmas, as far as the slab stands before its wall: alone, the slab's view
+// would fit the wall.
+TEST(Mapper, ViewsOfOneMomentAreAssociatedTogether) {
+  const std::vector<Panel> panels{{Plane({-1, 0, 0}, -5), {5, 0, 1.25}, {1.25, 3}},
+                                  {Plane({-1, 0, 0}, -4.96), {4.96, 0, 0.8}, {0.7, 0.9}}};
+  constexpr std::size_t kFrames = 20;
+  constexpr double kOff = 0.04;  // m
+  Sensor sensor(3);
+  Matrix6d covariance = Matrix6d::Zero();
+  covariance.diagonal() << 4e-4, 4e-4, 1e-8, 1e-8, 1e-8, 4e-6;
+  MapperOptions options;
+  options.association.max_distance_m = 0.03;
+  Mapper mapper(options);
+  std::vector<PlaneId> before;
+  for (std::size_t i = 0; i < kFrames; ++i) {
+    const SE3 T_map_body = SE3::planar(0.1 * static_cast<double>(i), 0, 0);
+    const double off = i + 1 == kFrames ? kOff : 0;
+    const AddResult added = mapper.add(sensor.depth(T_map_body, at_frame(i), panels),
+                                       i == 0 ? SE3() : SE3::planar(0.1 + off, 0, 0), covariance);
+    ASSERT_EQ(added.decisions.size(), 2u);
+    const std::vector<PlaneId> now{added.decisions[0].plane, added.decisions[1].plane};
+    if (i + 1 == kFrames) {
+      EXPECT_EQ(now, before);
+      EXPECT_NEAR(added.T_map_body.translation().x(), T_map_body.translation().x(), 0.01);
+    }
+    before = now;
+  }
+  EXPECT_NE(before[0], PlaneId::kNone);
+  EXPECT_NE(before[0], before[1]);
+}
+
 TEST(Mapper, SameInputSameResult) {
   const Drive drive(120, 180, 9);
   const auto room = make_room();
