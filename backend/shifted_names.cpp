@@ -172,8 +172,8 @@ std::vector<ShiftedNames> find_shifted_names(
         }
         if (2 * saw_over(from.id, see_from, into) <= see_from.size()) continue;
         const std::size_t missed = in_place + saw_over(into, see_beside, from.id);
-        for (auto& views : shifted_views(graph, into, see_from, see_beside)) {
-          found.push_back({from.id, into, beside.id, missed, std::move(views)});
+        for (auto& renamed : shifted_views(graph, into, see_from, see_beside)) {
+          found.push_back({from.id, into, beside.id, missed, std::move(renamed)});
         }
       }
     }

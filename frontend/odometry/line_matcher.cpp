@@ -160,6 +160,13 @@ Eigen::Vector3d tangent(const PlanarPose& from, const PlanarPose& to) {
 
 }  // namespace
 
+double PlanarPrior::weight(const PlanarPose& T) const {
+  if (!robust) return 1;
+  constexpr double kFreedom = 3, kCauchy = 4;  // the square of its scale, as of scan points
+  const Eigen::Vector3d e = tangent(T_map_scan, T);
+  return 1 / (1 + e.dot(information * e) / (kFreedom * kCauchy));
+}
+
 LineMatchOptions LineMatchOptions::for_noise(double sigma) const {
   constexpr double kSigmas = 3 * 1.42;  // of the difference of two returns
   LineMatchOptions scaled = *this;
@@ -190,8 +197,10 @@ LineMatch match_lines(const PointMap& map, const std::vector<OrientedPoint>& sca
     Eigen::Vector3d b = s.b / options.samples_per_fact;
     match.unknown_directions =
         without_weak_directions(match.information, b, lever, options.min_information);
-    b += prior.information * tangent(match.T_map_scan, prior.T_map_scan);
-    Eigen::Matrix3d H = match.information + prior.information;
+    match.prior_weight = prior.weight(match.T_map_scan);
+    const Eigen::Matrix3d believed = match.prior_weight * prior.information;
+    b += believed * tangent(match.T_map_scan, prior.T_map_scan);
+    Eigen::Matrix3d H = match.information + believed;
     H.diagonal() += Eigen::Vector3d(1, 1, lever * lever) * 1e-3;
     const Eigen::Vector3d d = H.ldlt().solve(b);
     if (!d.allFinite()) return LineMatch{.T_map_scan = start};

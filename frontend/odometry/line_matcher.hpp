@@ -54,6 +54,10 @@ struct LineMatchOptions {
 struct PlanarPrior {
   PlanarPose T_map_scan;
   Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
+  /// Cauchy's kernel over its chi-squared (of 3 dof): what wheels tell is wrong by many sigmas
+  /// where they slip.
+  bool robust = false;
+  double weight(const PlanarPose& T_map_scan) const;  ///< 1 at the prior, and where not robust
 };
 
 struct LineMatch {
@@ -64,11 +68,12 @@ struct LineMatch {
   int unknown_directions = 3;  ///< rank deficiency of `information`
   double matched = 0;          ///< fraction of oriented scan points that are inliers
   double rms = 0;              ///< m, of the inliers
+  double prior_weight = 1;     ///< what the kernel left of the prior's information
   int iterations = 0;
   bool converged = false;
 };
 
-/// Minimises sum rho((n_i . (T p_i - q_i))^2 / sigma_i^2) + prior over T = T_map_scan, rho
+/// Minimises sum rho((n_i . (T p_i - q_i))^2 / sigma_i^2) + the prior's over T = T_map_scan, rho
 /// Cauchy's, correspondences anew in every iteration within a radius that shrinks from start to
 /// end. [Censi2008] (point-to-line metric), [Zhang2016] (directions without information keep the
 /// start).

@@ -75,9 +75,11 @@ LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, double 
   PlanarPrior prior;
   prior.T_map_scan = T_local_body_ * prediction.T_prev_curr;
   prior.information = prediction.covariance.inverse();
+  prior.robust = wheels;
   LineMatch match = match_lines(map_, points_, prior.T_map_scan, prior, options_.match);
-  if (match.matched < options_.doubt_matched) {
-    // Wheels slip and bump: ask the scan from where constant velocity leads, without them.
+  if (match.matched < options_.doubt_matched || usual_.worse(match.matched)) {
+    // Wheels slip and bump: ask the scan from where constant velocity leads, without them. What
+    // tells how far a corridor goes is a small share of its returns.
     const LineMatch other =
         match_lines(map_, points_, T_local_body_ * velocity_, {}, options_.match);
     if (other.matched > match.matched + 0.05) match = other;
@@ -93,7 +95,8 @@ LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, double 
       points_.size() >= 10) {
     motion.searched = true;
     match = search_near(prediction, match);
-    if (unbelievable()) match = search_far(prediction, match);
+    // A new room fits less than usual, too; it fits no better elsewhere.
+    if (unbelievable() || usual_.worse(match.matched)) match = search_far(prediction, match);
   }
   if (wheels && dt > 0) hold_to_wheels(prior, prediction, dt, match);
   return match;
@@ -115,6 +118,7 @@ void ScanOdometry::hold_to_wheels(const PlanarPrior& wheels, const Prediction& p
   constexpr double kFirm = 1e4;  // times the wheels' information
   PlanarPrior firm = wheels;
   firm.information *= kFirm;
+  firm.robust = false;
   const PlanarPose off = wheels.T_map_scan.inverse() * match.T_map_scan;
   match = match_lines(map_, points_, wheels.T_map_scan, firm, options_.match);
   // The scan says nothing of that way.
@@ -179,7 +183,8 @@ std::optional<PlanarPose> ScanOdometry::alone(const Prediction& prediction,
   const PlanarPose to_predicted =
       match.T_map_scan.inverse() * (T_local_body_ * prediction.T_prev_curr);
   const Eigen::Vector3d e(to_predicted.x, to_predicted.y, to_predicted.yaw);
-  const Eigen::Vector3d d = match.information.inverse() * (prediction.covariance.inverse() * e);
+  const Eigen::Vector3d d =
+      match.prior_weight * match.information.inverse() * (prediction.covariance.inverse() * e);
   if (!d.allFinite()) return std::nullopt;
   return match.T_map_scan.boxplus(-d);
 }
@@ -202,7 +207,7 @@ void ScanOdometry::fill(const Prediction& prediction, const LineMatch& match,
   if (!lost) {
     const double moved = options_.sigma_motion * std::hypot(step.x, step.y);
     const double turned = options_.sigma_motion * std::abs(step.yaw);
-    planar = (match.information + prediction.covariance.inverse()).inverse();
+    planar = (match.information + match.prior_weight * prediction.covariance.inverse()).inverse();
     planar.diagonal() +=
         squares(options_.sigma_translation + moved, options_.sigma_rotation + turned);
   }

@@ -32,7 +32,7 @@ struct ScanOdometryOptions {
   /// A match that contradicts the wheels like that and leaps from the motion before, by more than
   /// this (m) and this acceleration (m/s^2), while wheels go on (by this share of it), is not
   /// believed.
-  double least_leap = 0.03, most_acceleration = 10, steady = 0.33;
+  double least_leap = 0.03, most_acceleration = 5, steady = 0.33;
   double search_translation = 0.5;  ///< m, least window of that search
   double search_rotation = 0.35;    ///< rad, likewise
   double search_resolution = 0.05;  ///< m a cell

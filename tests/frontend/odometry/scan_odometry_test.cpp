@@ -167,6 +167,22 @@ TEST(ScanOdometry, WheelsThatSpinAreOverruled) {
   EXPECT_NEAR(T.translation().x(), 0.84, 0.02);
 }
 
+// The same where a twentieth of the scan shows it: the far end of a corridor.
+TEST(ScanOdometry, WheelsThatSpinInACorridorAreOverruled) {
+  const std::vector<testing::Wall> walls{
+      {{-20, -1.2}, {7, -1.2}}, {{-20, 1.2}, {7, 1.2}}, {{7, -1.2}, {7, 1.2}}};
+  ScanOdometry odometry;
+  Scanner scanner;
+  SE3 T;
+  for (int i = 0; i < 25; ++i) {
+    std::optional<MotionGuess> g;
+    if (i > 0) g = guess(SE3::planar(0.06, 0, 0), 0.005, 0.005);
+    const SE3 truth = SE3::planar(0.06 * std::min(i, 12), 0, 0);
+    T = T * odometry.process(scanner.scan(walls, truth, 0.1 * i), g).T_prev_curr_body;
+  }
+  EXPECT_NEAR(T.translation().x(), 0.72, 0.03);
+}
+
 TEST(ScanOdometry, EmptyScansAreBridgedByTheWheelsAndNeverNaN) {
   ScanOdometry odometry;
   Scanner scanner;
@@ -237,6 +253,32 @@ TEST(ScanOdometry, OverrulesWheelsThatCountBackwardsAsForwards) {
   EXPECT_LT(t, 0.05);
   EXPECT_LT(a, 0.01);
   EXPECT_EQ(lost, 0);
+}
+
+// A turn that wheels have a quarter turn short: in a hall that is nearly square half of the scan
+// fits there, too.
+TEST(ScanOdometry, LooksFarWhereLessThanUsualFits) {
+  const std::vector<testing::Wall> hall{{{-2.2, -3}, {2.2, -3}},
+                                        {{2.2, -3}, {2.2, 3}},
+                                        {{2.2, 3}, {-2.2, 3}},
+                                        {{-2.2, 3}, {-2.2, -3}}};
+  Scanner scanner;
+  scanner.fov = 2 * M_PI;
+  const auto at = [](int i) { return SE3::planar(0.05 * std::min(i, 10), 0, i > 10 ? 1.2 : 0); };
+  ScanOdometry odometry;
+  SE3 T;
+  for (int i = 0; i < 12; ++i) {
+    std::optional<MotionGuess> g;
+    if (i > 0) {
+      const SE3 d = at(i - 1).inverse() * at(i);
+      const double turn = d.so3().yaw() - (i > 10 ? M_PI / 2 : 0);
+      g = guess(SE3::planar(d.translation().x(), d.translation().y(), turn), 0.3, 0.03);
+    }
+    T = T * odometry.process(scanner.scan(hall, at(i), i), g).T_prev_curr_body;
+  }
+  const auto [t, a] = error(at(0).inverse() * at(11), T);
+  EXPECT_LT(t, 0.05);
+  EXPECT_LT(a, 0.01);
 }
 
 // What wheels are compared with must not be what they had a say in: four steps on one key scan.
