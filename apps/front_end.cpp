@@ -35,6 +35,17 @@ SE3 levelled_pose(const Plane& floor_body) {
   return SE3(R, {0, 0, -floor_body.rho()});
 }
 
+namespace {
+
+// Images contradict wheels that slip; beside them scans gain nothing by a kernel over the wheels.
+ScanOdometryOptions scan_odometry_of(const Settings& settings, const Calibration& calibration) {
+  ScanOdometryOptions options = settings.scan_odometry;
+  options.robust_wheels = !calibration.depth_camera && !calibration.stereo_camera;
+  return options;
+}
+
+}  // namespace
+
 FrontEnd::FrontEnd(const Settings& settings, const Calibration& calibration)
     : planar_(calibration.odometry.planar),
       wheels_(calibration.odometry),
@@ -42,7 +53,7 @@ FrontEnd::FrontEnd(const Settings& settings, const Calibration& calibration)
       floor_(floor_options(settings, planar_)),
       obstacles_(scan_options(settings)),
       segments_(settings.segments, tracking_of(settings, calibration)),
-      scan_odometry_(settings.scan_odometry),
+      scan_odometry_(scan_odometry_of(settings, calibration)),
       max_tilt_(settings.scan_odometry.max_tilt),
       sweep_(settings.sweep) {}
 

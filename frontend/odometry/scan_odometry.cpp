@@ -75,7 +75,7 @@ LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, double 
   PlanarPrior prior;
   prior.T_map_scan = T_local_body_ * prediction.T_prev_curr;
   prior.information = prediction.covariance.inverse();
-  prior.robust = wheels;
+  prior.robust = wheels && options_.robust_wheels;
   LineMatch match = match_lines(map_, points_, prior.T_map_scan, prior, options_.match);
   if (match.matched < options_.doubt_matched || usual_.worse(match.matched)) {
     // Wheels slip and bump: ask the scan from where constant velocity leads, without them. What

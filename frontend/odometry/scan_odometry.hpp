@@ -33,6 +33,8 @@ struct ScanOdometryOptions {
   /// this (m) and this acceleration (m/s^2), while wheels go on (by this share of it), is not
   /// believed.
   double least_leap = 0.03, most_acceleration = 5, steady = 0.33;
+  /// Wheels' word counts for less the more sigmas scans contradict it by (PlanarPrior::robust).
+  bool robust_wheels = true;
   double search_translation = 0.5;  ///< m, least window of that search
   double search_rotation = 0.35;    ///< rad, likewise
   double search_resolution = 0.05;  ///< m a cell

@@ -56,7 +56,7 @@ constexpr double kRise = 0.525;  // m: 6 m at 5 degrees
 
 TEST(Slopes, ARampIsClimbedOffline) {
   const Climb up = climb(false);
-  EXPECT_LT(up.ate, 0.025);
+  EXPECT_LT(up.ate, 0.02);
   EXPECT_NEAR(up.end_height, kRise, 0.02);
   EXPECT_EQ(up.doubtful_walls, 0);
 }
