@@ -38,14 +38,9 @@ SE3 levelled_pose(const Plane& floor_body) {
 namespace {
 
 // Images contradict wheels that slip; beside them scans gain nothing by a kernel over the wheels.
-// Without it wheels that never move would hold a robot that starts to a tighter bound.
 ScanOdometryOptions scan_odometry_of(const Settings& settings, const Calibration& calibration) {
-  constexpr double kMostAcceleration = 10;  // m/s^2
   ScanOdometryOptions options = settings.scan_odometry;
-  if (calibration.depth_camera || calibration.stereo_camera) {
-    options.robust_wheels = false;
-    options.most_acceleration = kMostAcceleration;
-  }
+  options.robust_wheels = !calibration.depth_camera && !calibration.stereo_camera;
   return options;
 }
 

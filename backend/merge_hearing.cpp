@@ -51,17 +51,11 @@ struct Trial {
     });
   }
 
-  bool believed(PlaneId id) const {
-    const auto& of_it = from.at(id);
-    const auto in = std::count_if(of_it.begin(), of_it.end(), [this](std::size_t i) {
-      return graph.plane_moments[i].weight >= 0.5;
-    });
-    return 2 * static_cast<std::size_t>(in) > of_it.size();
-  }
+  bool believed(PlaneId id) const { return most_believed(graph, from.at(id)); }
 };
 
 template <class Factors>
-void take_weights(const Factors& from, Factors& to) {
+void take_weights_of(const Factors& from, Factors& to) {
   for (std::size_t i = 0; i < to.size(); ++i) to[i].weight = from[i].weight;
 }
 
@@ -79,6 +73,19 @@ Pairs::iterator worst(const Trial& trial, Pairs& pairs) {
 }
 
 }  // namespace
+
+bool most_believed(const Graph& graph, const std::vector<std::size_t>& views) {
+  const auto in = std::count_if(views.begin(), views.end(), [&graph](std::size_t i) {
+    return graph.plane_moments[i].weight >= 0.5;
+  });
+  return 2 * static_cast<std::size_t>(in) > views.size();
+}
+
+void take_weights(const Graph& copy, Graph& graph) {
+  take_weights_of(copy.plane_moments, graph.plane_moments);
+  take_weights_of(copy.segments, graph.segments);
+  take_weights_of(copy.loops, graph.loops);
+}
 
 double truncated_cost(const RefineResult& result, double limit) {
   double sum = cost_of_leaving_out(result.rejected, limit);
@@ -109,9 +116,7 @@ Pairs hear_merges_together(Graph& graph, Pairs pairs, const RefineResult& refine
       continue;
     }
     put_back(states_of(trial.graph), graph);
-    take_weights(trial.graph.plane_moments, graph.plane_moments);
-    take_weights(trial.graph.segments, graph.segments);
-    take_weights(trial.graph.loops, graph.loops);
+    take_weights(trial.graph, graph);
     return pairs;
   }
   return {};

@@ -11,6 +11,10 @@ namespace lamina {
 /// Of a refined graph: squared residuals, and `limit` for each view that was rejected, four times
 /// that for a loop (cost_of_leaving_out()).
 double truncated_cost(const RefineResult& result, double limit);
+/// Whether most of these views (indices into Graph::plane_moments) have at least half their weight.
+bool most_believed(const Graph& graph, const std::vector<std::size_t>& views);
+/// Gives each observation and loop the weight it has in a copy of the graph.
+void take_weights(const Graph& copy, Graph& graph);
 
 /// Pairs (from, into) of planes that cannot both be there (find_seen_through()) and that no small
 /// correction makes one: a view with a wrong name holds a stretch of the path where the two are

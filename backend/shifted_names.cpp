@@ -107,19 +107,7 @@ struct Trial {
       return std::find(prior.planes.begin(), prior.planes.end(), row.from) != prior.planes.end();
     });
   }
-
-  bool believed() const {
-    const auto in = std::count_if(renamed.begin(), renamed.end(), [this](std::size_t i) {
-      return graph.plane_moments[i].weight >= 0.5;
-    });
-    return 2 * static_cast<std::size_t>(in) > renamed.size();
-  }
 };
-
-template <class Factors>
-void take_weights(const Factors& from, Factors& to) {
-  for (std::size_t i = 0; i < to.size(); ++i) to[i].weight = from[i].weight;
-}
 
 }  // namespace
 
@@ -199,16 +187,16 @@ std::optional<ShiftedNames> hear_shifted_names(
     if (stopped(result.status)) return std::nullopt;
     const double cost = truncated_cost(result, limit);
     const double missing = 2 * std::log(1 / kMissed) * static_cast<double>(rows[k].missed);
-    if (!(cost < std::min(best_cost, before + gate + missing)) || !trial.believed()) continue;
+    if (!(cost < std::min(best_cost, before + gate + missing)) ||
+        !most_believed(trial.graph, trial.renamed))
+      continue;
     best_cost = cost;
     best.emplace(std::move(trial));
     heard = rows[k];
   }
   if (!best) return std::nullopt;
   put_back(states_of(best->graph), graph);
-  take_weights(best->graph.plane_moments, graph.plane_moments);
-  take_weights(best->graph.segments, graph.segments);
-  take_weights(best->graph.loops, graph.loops);
+  take_weights(best->graph, graph);
   for (const std::size_t i : heard->views) graph.plane_moments[i].plane = heard->beside;
   return heard;
 }

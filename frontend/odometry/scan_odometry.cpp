@@ -107,6 +107,9 @@ LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, double 
 void ScanOdometry::hold_to_wheels(const PlanarPrior& wheels, const Prediction& prediction,
                                   double dt, LineMatch& match) const {
   if (map_.empty() || contradiction(match, prediction) < options_.contradiction_chi_squared) return;
+  // Wheels that stand do not go on: they may not be counted, and a robot that stands does not tip.
+  constexpr double kStands = 1e-3;  // m
+  if (prediction.T_prev_curr.translation().norm() < kStands) return;
   const auto from_before = [this](const PlanarPose& T_map_scan) {
     return (velocity_.inverse() * (T_local_body_.inverse() * T_map_scan)).translation().norm();
   };
