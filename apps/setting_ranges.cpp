@@ -49,6 +49,7 @@ std::optional<SettingRange> range_of(const std::string& key) {
       {"loops.min_score", {0, 1}},
       {"loops.max_ambiguity", {0, 1}},
       {"window.keyframes", {2, 1e6}},
+      {"window.planes_behind", {0, 1e4}},
       {"window.seconds", {0, 1e9}},
       {"window.iterations", {1, 1000}},
       {"keyframe.distance_m", {1e-3, 1000}},

@@ -138,6 +138,9 @@ std::vector<Setting> segment_rows() {
 std::vector<Setting> mapper_rows() {
   return {
       LAMINA_ROW("window.keyframes", mapper.window.keyframes, "keyframes kept as variables"),
+      LAMINA_ROW("window.planes_behind", mapper.window.planes_behind,
+                 "planes that left and come back as if they had stayed, at most; time goes with "
+                 "the square"),
       LAMINA_ROW("window.seconds", mapper.window.seconds, "s kept as variables; 0: by number"),
       LAMINA_ROW("window.iterations", mapper.window.iterations, "solver steps a keyframe"),
       LAMINA_ROW("keyframe.distance_m", mapper.keyframe_distance_m, "m moved: a new keyframe"),

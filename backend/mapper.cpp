@@ -252,7 +252,7 @@ void Mapper::add_to_plane(PlaneId id, const PlaneEvidence& evidence, Timestamp s
 void Mapper::ensure_in_window(PlaneId id, const PlaneEvidence& evidence) {
   if (window_.contains(id)) return;
   const PlaneLandmark& plane = graph_.at(id);
-  window_.add_plane(id, plane.plane_anchor, plane.anchor_map, plane.covariance);
+  if (window_.add_plane(id, plane.plane_anchor, plane.anchor_map, plane.covariance)) return;
   if (!partial_.count(id)) return;
   // Upright on the scan, as when it was new. About its present tilt the prior would follow every
   // return's noise, and after many a wall would lie flat in the scan, where it fits all there is.

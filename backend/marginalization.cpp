@@ -133,6 +133,21 @@ Eigen::MatrixXd triangle_of(const Eigen::MatrixXd& A) {
 
 }  // namespace
 
+namespace {
+
+// From the rows that elimination uses up, U P^T d_gone + [V | r] [d_kept; 1] = nu.
+Conditional conditional(const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr,
+                        const Eigen::MatrixXd& V_r) {
+  const Eigen::Index gone = V_r.rows(), kept = V_r.cols() - 1;
+  const auto U = qr.matrixR().topLeftCorner(gone, gone).triangularView<Eigen::Upper>();
+  const Eigen::MatrixXd solved = qr.colsPermutation() * Eigen::MatrixXd(U.solve(V_r));
+  const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(gone, gone);
+  return {-solved.col(kept), -solved.leftCols(kept),
+          qr.colsPermutation() * Eigen::MatrixXd(U.solve(identity))};
+}
+
+}  // namespace
+
 SquareRootInformation eliminate_by_qr(const LinearSystem& system, double tolerance) {
   SquareRootInformation result;
   const Eigen::Index gone = system.eliminated_columns;
@@ -157,6 +172,7 @@ SquareRootInformation eliminate_by_qr(const LinearSystem& system, double toleran
     qr.setThreshold(tolerance);
     result.eliminated_rank = static_cast<int>(qr.rank());
     turned.applyOnTheLeft(qr.householderQ().setLength(qr.nonzeroPivots()).adjoint());
+    if (result.eliminated_rank == gone) result.eliminated = conditional(qr, turned.topRows(gone));
   }
   const Eigen::Index stay = turned.rows() - result.eliminated_rank;
   Eigen::MatrixXd left(stay + static_cast<Eigen::Index>(untouched.size()), kept + 1);

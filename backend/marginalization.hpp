@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -48,6 +49,12 @@ struct LinearSystem {
 /// Step 2. Stacks the rows of the factors; every variable of theirs must be part of the order.
 LinearSystem linear_system(const EliminationOrder& order, std::span<const LinearFactor> factors);
 
+/// Eliminated states given the kept ones: d_gone = offset + gain d_kept + root nu, nu ~ N(0, I).
+struct Conditional {
+  Eigen::VectorXd offset;
+  Eigen::MatrixXd gain, root;
+};
+
 /// The cost left for the kept variables: |R d + r|^2 + constant. R is upper trapezoidal with no
 /// more rows than columns and no zero rows: directions that no row constrains stay free.
 struct SquareRootInformation {
@@ -55,6 +62,7 @@ struct SquareRootInformation {
   Eigen::VectorXd r;
   double constant = 0;      ///< chi-squared that stays whatever the kept variables do
   int eliminated_rank = 0;  ///< less than the eliminated columns where evidence does not fix them
+  std::optional<Conditional> eliminated;  ///< what was taken out; nullopt: evidence does not fix it
 };
 
 /// Step 3. Minimises over the eliminated columns by QR with column pivoting, which is right for

@@ -19,6 +19,7 @@ std::vector<std::string> WindowOptions::problems() const {
   require(seconds >= 0, "window.seconds: expected 0 (no limit) or more");
   require(idle_keyframes >= 0, "window.idle_keyframes: expected 0 or more");
   require(max_planes >= 1, "window.max_planes: expected at least 1");
+  require(planes_behind >= 0, "window.planes_behind: expected 0 or more");
   require(iterations >= 1, "window.iterations: expected at least 1");
   require(stop_chi_squared > 0, "window.stop_chi_squared: expected more than 0");
   require(robust_chi_squared > 0, "window.robust_chi_squared: expected more than 0");
@@ -77,19 +78,22 @@ void SlidingWindow::add_keyframe(KeyframeId id, Timestamp stamp, const SE3& T_ma
   solved_ = false;
 }
 
-void SlidingWindow::add_plane(PlaneId id, const Plane& plane_anchor,
+bool SlidingWindow::add_plane(PlaneId id, const Plane& plane_anchor,
                               const Eigen::Vector3d& anchor_map,
                               const std::optional<Eigen::Matrix3d>& covariance) {
   LAMINA_CHECK(!contains(id));
+  if (take_back(id, plane_anchor, anchor_map)) return true;
+  forget(id);
   const Chart chart{plane_anchor.normal(), plane_anchor.tangent_basis(), plane_anchor.rho()};
   planes_.push_back({id, anchor_map, chart, chart, false, KeyframeId::kNone, keyframes_added_});
   solved_ = false;
-  if (!covariance || !covariance->allFinite()) return;
+  if (!covariance || !covariance->allFinite()) return false;
   const Eigen::Matrix3d inflated = options_.return_inflation * *covariance;
   const Eigen::LLT<Eigen::Matrix3d> llt(inflated);
-  if (llt.info() != Eigen::Success) return;
+  if (llt.info() != Eigen::Success) return false;
   const Eigen::Matrix3d S = llt.matrixL().solve(Eigen::Matrix3d::Identity());
   if (S.allFinite()) holds_.push_back({id, chart, S});
+  return false;
 }
 
 bool SlidingWindow::add_prior(PlaneId id, const Plane& at, double sigma_tilt, double sigma_rho) {
@@ -170,6 +174,8 @@ bool SlidingWindow::set(const PlaneMomentsFactor& factor) {
 
 bool SlidingWindow::rename_plane(PlaneId from, PlaneId into) {
   if (find(from) < 0 || find(into) >= 0) return false;
+  forget(from);
+  forget(into);
   const auto rename = [from, into](PlaneId& id) {
     if (id == from) id = into;
   };

@@ -11,6 +11,7 @@
 
 #include <lamina/backend/graph.hpp>
 #include <lamina/backend/marginalization.hpp>
+#include <lamina/backend/states_behind.hpp>
 #include <lamina/backend/window_system.hpp>
 
 namespace lamina {
@@ -25,16 +26,19 @@ struct WindowOptions {
   int idle_keyframes = 20;
   /// Planes kept as variables at most; the longest unseen leave first. Bounds the time of a step.
   int max_planes = 80;
+  /// Planes that left and are still known together with what stays, at most; the longest away are
+  /// forgotten first. They cost their number squared at a keyframe, nothing at a step.
+  int planes_behind = 80;
   int iterations = 3;  ///< Gauss-Newton steps at most per solve()
   /// Stop when the next step would lower chi-squared by less than this. A tenth of a unit is a
   /// third of a sigma in one direction.
   double stop_chi_squared = 0.02;
   /// Huber's bound on the chi-squared of one plane observation (3 degrees of freedom at 99.9 %).
   double robust_chi_squared = 16.3;
-  /// A plane that comes back after it left is tied to its old estimate with its covariance times
-  /// this. Planes that left together share the drift of their time, and return together: taken as
-  /// independent they would count as many as they are. Covariance intersection with equal shares
-  /// [Julier1997] divides by their number; 50 returning planes are a large room.
+  /// A plane that comes back after it was forgotten is tied to its old estimate with its covariance
+  /// times this. Planes that left together share the drift of their time, and return together:
+  /// taken as independent they would count as many as they are. Covariance intersection with equal
+  /// shares [Julier1997] divides by their number; 50 returning planes are a large room.
   double return_inflation = 50.0;
 
   /// One line for each setting that cannot be.
@@ -80,8 +84,10 @@ class SlidingWindow {
 
   /// The newest keyframe. Starts at the given estimate.
   void add_keyframe(KeyframeId id, Timestamp stamp, const SE3& T_map_body);
-  /// A plane starts with no information of its own, or with the covariance it left with.
-  void add_plane(PlaneId id, const Plane& plane_anchor, const Eigen::Vector3d& anchor_map,
+  /// A plane starts with no information of its own, or as it left: with all that tied it to the
+  /// states that stayed (planes_behind) where estimate and anchor are those it left with, else with
+  /// the covariance. True: as it left, priors and all.
+  bool add_plane(PlaneId id, const Plane& plane_anchor, const Eigen::Vector3d& anchor_map,
                  const std::optional<Eigen::Matrix3d>& covariance = std::nullopt);
   /// Information on a plane's tilt (rad) and distance (m), as 1-sigma about a plane known from
   /// elsewhere (map axes, origin at the landmark's anchor): holds directions that no measurement
@@ -223,8 +229,15 @@ class SlidingWindow {
   void apply(const Eigen::VectorXd& d);
   std::vector<LinearFactor> linearize_touching(const std::vector<bool>& pose_gone,
                                                const std::vector<bool>& plane_gone);
-  void eliminate(const std::vector<bool>& pose_gone, const std::vector<bool>& plane_gone);
+  /// remember: planes that go may come back.
+  void eliminate(const std::vector<bool>& pose_gone, const std::vector<bool>& plane_gone,
+                 bool remember);
   std::vector<bool> planes_to_leave(int poses_gone) const;
+  bool take_back(PlaneId id, const Plane& plane_anchor, const Eigen::Vector3d& anchor_map);
+  void leave_behind(const EliminationOrder& order, const SquareRootInformation& left,
+                    const std::vector<bool>& plane_gone, bool remember);
+  void forget(PlaneId id);
+  void remove_behind(std::ptrdiff_t at);
   Eigen::Matrix3d plane_covariance(int plane) const;
 
   WindowOptions options_;
@@ -236,6 +249,8 @@ class SlidingWindow {
   std::vector<PlaneHold> holds_;
   std::vector<Sighting> sightings_;
   Prior prior_;
+  std::vector<Landmark> behind_;  // planes that left, as they were then
+  StatesBehind states_behind_;    // their steps from there, given the prior's states
   WindowSystem system_;
   double weight_change_ = 0;  // at the last build(): the most, from those in the equations at hand
   bool solved_ = false;       // system_ holds a factor for the present states

@@ -82,7 +82,7 @@ std::vector<LinearFactor> SlidingWindow::linearize_touching(const std::vector<bo
 
 // Elimination order -> linearise -> QR -> prior.
 void SlidingWindow::eliminate(const std::vector<bool>& pose_gone,
-                              const std::vector<bool>& plane_gone) {
+                              const std::vector<bool>& plane_gone, bool remember) {
   std::vector<int> sizes(poses_.size(), 6), gone;
   sizes.insert(sizes.end(), planes_.size(), 3);
   for (std::size_t i = 0; i < sizes.size(); ++i) {
@@ -94,6 +94,7 @@ void SlidingWindow::eliminate(const std::vector<bool>& pose_gone,
   const std::vector<LinearFactor> factors = linearize_touching(pose_gone, plane_gone);
   const EliminationOrder order = elimination_order(sizes, gone, factors);
   const SquareRootInformation left = eliminate_by_qr(linear_system(order, factors));
+  leave_behind(order, left, plane_gone, remember);
 
   Prior prior;
   for (const int v : order.variables) {
@@ -195,7 +196,7 @@ WindowDepartures SlidingWindow::marginalize() {
                                  solved_ ? plane_covariance(static_cast<int>(i))
                                          : Eigen::Matrix3d::Constant(std::nan(""))});
   }
-  eliminate(pose_gone, plane_gone);
+  eliminate(pose_gone, plane_gone, true);
   return departures;
 }
 
@@ -209,10 +210,12 @@ void SlidingWindow::move(const SE3& T) {
     pose.now = T * pose.now;
     pose.first = T * pose.first;
   }
-  for (auto& plane : planes_) {
-    plane.anchor = T * plane.anchor;
-    turn(plane.now);
-    turn(plane.first);
+  for (auto* planes : {&planes_, &behind_}) {
+    for (auto& plane : *planes) {
+      plane.anchor = T * plane.anchor;
+      turn(plane.now);
+      turn(plane.first);
+    }
   }
   for (auto& single : singles_) single.T = T * single.T;
   for (auto& hold : holds_) turn(hold.at);
@@ -232,7 +235,7 @@ bool SlidingWindow::merge_planes(PlaneId from, PlaneId into) {
   kept.idle_since = std::max(kept.idle_since, gone.idle_since);
   std::vector<bool> plane_gone(planes_.size(), false);
   plane_gone[static_cast<std::size_t>(a)] = true;
-  eliminate(std::vector<bool>(poses_.size(), false), plane_gone);
+  eliminate(std::vector<bool>(poses_.size(), false), plane_gone, false);
   return true;
 }
 
@@ -259,6 +262,7 @@ bool SlidingWindow::set_anchor(PlaneId id, const Eigen::Vector3d& anchor_map) {
     prior_.R.middleCols<3>(column) =
         (prior_.R.middleCols<3>(column) * old_from_new(prior_.planes_at[i])).eval();
     prior_.H = gram(prior_.R);
+    states_behind_.change_columns(column, old_from_new(prior_.planes_at[i]));
     move_chart(prior_.planes_at[i]);
   }
   move_chart(plane.now);

@@ -182,6 +182,7 @@ void consistency(std::uint64_t runs) {
   Batch batch;
   WindowOptions forget;
   forget.return_inflation = 1e6;  // what left is as good as unknown
+  forget.planes_behind = 0;
   for (std::uint64_t seed = 1; seed <= runs; ++seed) {
     const PlaneGraph problem = test::make_rooms({.seed = seed});
     without.add(problem, forget);
@@ -241,6 +242,7 @@ void lag_where_nothing_returns(std::uint64_t runs) {
   double window = 0, best = 0, batch = 0;
   WindowOptions forget;
   forget.return_inflation = 1e6;
+  forget.planes_behind = 0;
   for (std::uint64_t seed = 1; seed <= runs; ++seed) {
     const PlaneGraph all = test::make_rooms({.seed = seed});
     const PlaneGraph problem = test::without_returns(all, forget.keyframes + forget.idle_keyframes);
