@@ -309,14 +309,17 @@ bool is_outlier(const DisparityImage& image, int u, int v, float tolerance) {
 
 namespace {
 
-// is_outlier() for a window's pixels, row by row: 0 for outliers. Away from the image's border four
+// is_outlier() for a window's pixels, row by row: 0 for outliers and for what was not
+// measured. Away from the image's border four
 // pixels at once.
 void find_kept(const DisparityImage& image, const Window& w, float tolerance, std::uint8_t* kept) {
   const bool inside =
       w.u0 > 0 && w.v0 > 0 && w.u1 < image.width && w.v1 < image.height && (w.u1 - w.u0) % 4 == 0;
   for (int v = w.v0; v < w.v1; ++v) {
     if (!inside) {
-      for (int u = w.u0; u < w.u1; ++u) *kept++ = !is_outlier(image, u, v, tolerance);
+      for (int u = w.u0; u < w.u1; ++u) {
+        *kept++ = image.row(v)[u] > 0 && !is_outlier(image, u, v, tolerance);
+      }
       continue;
     }
     for (int u = w.u0; u < w.u1; u += 4, kept += 4) {
@@ -326,11 +329,26 @@ void find_kept(const DisparityImage& image, const Window& w, float tolerance, st
         const Float4 off = d - 0.5F * (a + b);
         return (a > 0.0F) & (b > 0.0F) & (off <= tolerance) & (off >= -tolerance);
       };
-      const Int4 good = agrees(load4(at - 1), load4(at + 1)) |
-                        agrees(load4(at - image.width), load4(at + image.width));
+      const Int4 good = (agrees(load4(at - 1), load4(at + 1)) |
+                         agrees(load4(at - image.width), load4(at + image.width))) &
+                        (d > 0.0F);
       for (int k = 0; k < 4; ++k) kept[k] = static_cast<std::uint8_t>(good[k] & 1);
     }
   }
+}
+
+// Whether a block of 8 x 8 is uneven beyond doubt without its outliers: fewer than `min_pixels`, or
+// half as much again off its own plane as `most` (px^2) a pixel. Its sums are rounded otherwise
+// than those of partial_block, by less than a hundredth.
+bool stays_uneven(const DisparityImage& image, const Window& w, const std::uint8_t* kept,
+                  float shift, float min_pixels, float most) {
+  const BlockSums sums =
+      marked_sums8(image.row(w.v0) + w.u0, image.width, kept, 8, 8, shift, std::uint8_t{1});
+  Block block;
+  set_block(sums, 0, 0, shift, block);
+  if (block.n < min_pixels || block.n <= 3) return true;
+  const bool has_slopes = block.a != 0 || block.b != 0;
+  return has_slopes && block.sse > 1.5F * most * (block.n - 3) + 0.01F * sums.sum_ee();
 }
 
 }  // namespace
@@ -355,6 +373,8 @@ void remove_outliers(const DisparityImage& image, const DisparityGeometry& g, fl
       Block cleaned;
       const Window w = window_of(image, blocks.size, c, r);
       find_kept(image, w, tolerance, kept.data());
+      const bool whole = blocks.size == 8 && w.u1 - w.u0 == 8 && w.v1 - w.v0 == 8;
+      if (whole && stays_uneven(image, w, kept.data(), block.d, min_pixels, 7 * limit)) continue;
       const auto keep = [&](int u, int v) {
         return kept[static_cast<std::size_t>((v - w.v0) * (w.u1 - w.u0) + u - w.u0)] != 0;
       };

@@ -23,19 +23,6 @@ std::optional<Plane> DisparityGeometry::plane(const DisparityPlane& p) const {
   return Plane::from_normal_rho(-scaled / norm, -1.0 / norm);
 }
 
-void DisparitySums::add(double pu, double pv, double pd) {
-  n += 1;
-  u += pu;
-  v += pv;
-  d += pd;
-  uu += pu * pu;
-  uv += pu * pv;
-  vv += pv * pv;
-  ud += pu * pd;
-  vd += pv * pd;
-  dd += pd * pd;
-}
-
 DisparitySums DisparitySums::shifted(double su, double sv, double sd) const {
   DisparitySums s;
   s.n = n;

@@ -34,7 +34,18 @@ struct DisparityGeometry {
 struct DisparitySums {
   double n = 0, u = 0, v = 0, d = 0, uu = 0, uv = 0, vv = 0, ud = 0, vd = 0, dd = 0;
 
-  void add(double pu, double pv, double pd);
+  void add(double pu, double pv, double pd) {
+    n += 1;
+    u += pu;
+    v += pv;
+    d += pd;
+    uu += pu * pu;
+    uv += pu * pv;
+    vv += pv * pv;
+    ud += pu * pd;
+    vd += pv * pd;
+    dd += pd * pd;
+  }
   DisparitySums& operator+=(const DisparitySums& o) {
     n += o.n;
     u += o.u;

@@ -179,6 +179,11 @@ inline std::uint64_t changed8(const std::uint8_t* p, const std::uint8_t* q) {
   return bits;
 }
 
+/// The same with a bit each: the k-th for the k-th byte.
+inline unsigned changed_bits(const std::uint8_t* p, const std::uint8_t* q) {
+  return static_cast<unsigned>(changed8(p, q) * 0x0102040810204080ULL >> 56);
+}
+
 /// How many bytes of `rows` rows of eight, `stride` apart, equal `byte`; at most 31 rows.
 inline int count_eights(const std::uint8_t* p, std::ptrdiff_t stride, int rows, std::uint8_t byte) {
   Byte8 sum = {};

@@ -76,18 +76,22 @@ struct PixelColumns {
 };
 
 // The pixels of a window of up to eight columns, `d` and `out` its first, `stride` from row to row;
-// its first row is `v` from the image's, `cy` the principal point's.
+// its first column is `u` from the principal point, its first row `v` from the image's, `cy` the
+// principal point's.
 struct PixelRows {
   const float* d;
   std::uint8_t* out;
   std::ptrdiff_t stride;
-  int width, height, v;
+  int width, height;
+  float u;
+  int v;
   double cy;
 };
 template <bool kMeasure>
-void label_rows_portable(const PixelRows& rows, const PixelColumns& near, float limit,
-                         lanes::Float4* least) {
+void label_rows_portable(const PixelRows& rows, const PixelLabeller::Candidates& candidates,
+                         float limit, lanes::Float4* least) {
   constexpr int kRow = PixelColumns::kRow;
+  const PixelColumns near(candidates, rows.u);
   const PixelRows r = rows;  // its own: bytes that are written may be anything's
   const float* d = r.d;
   std::uint8_t* out = r.out;
@@ -106,38 +110,46 @@ void label_rows_portable(const PixelRows& rows, const PixelColumns& near, float 
 }
 
 #if defined(LAMINA_AVX2)
-// Four lanes of anything, twice.
-template <class Four>
-LAMINA_AVX2 inline __m256 twice(const Four& x) {
-  return _mm256_broadcast_ps(reinterpret_cast<const __m128*>(&x));
-}
-
-// The same, eight lanes at a time; eight columns.
-template <bool kMeasure>
-LAMINA_AVX2 void label_rows_avx2(const PixelRows& rows, const PixelColumns& near, float most,
-                                 lanes::Float4* least) {
+// The same, eight lanes at a time; eight columns. What a block's rows have in common is worked out
+// once: how many planes there are is known to the compiler.
+template <bool kMeasure, std::size_t kCount>
+LAMINA_AVX2 void label_rows_avx2(const PixelRows& rows, const PixelLabeller::Candidates& near,
+                                 float most, lanes::Float4* least) {
   const PixelRows r = rows;
   const __m256 limit = _mm256_set1_ps(most), zero = _mm256_setzero_ps();
-  __m256 nearest[PixelLabeller::Candidates::kMost];
-  for (std::size_t k = 0; kMeasure && k < near.count; ++k) nearest[k] = twice(least[k]);
+  const __m256 place = _mm256_setr_ps(r.u, r.u, r.u, r.u, r.u + 4, r.u + 4, r.u + 4, r.u + 4);
+  const __m256 steps = _mm256_setr_ps(0, 1, 2, 3, 0, 1, 2, 3);
+  __m256 start[kCount], step[kCount], b[kCount], c[kCount], weight[kCount], offset[kCount],
+      nearest[kCount];
+  for (std::size_t k = 0; k < kCount; ++k) {
+    const __m256 a = _mm256_set1_ps(near.a[k]);
+    start[k] = _mm256_mul_ps(a, place);
+    step[k] = _mm256_mul_ps(a, steps);
+    b[k] = _mm256_set1_ps(near.b[k]);
+    c[k] = _mm256_set1_ps(near.c[k]);
+    weight[k] = _mm256_set1_ps(near.weight[k]);
+    offset[k] = _mm256_set1_ps(near.offset[k]);
+    if constexpr (kMeasure) {
+      nearest[k] = _mm256_broadcast_ps(reinterpret_cast<const __m128*>(&least[k]));
+    }
+  }
   const float* d = r.d;
   std::uint8_t* out = r.out;
   for (int v = r.v; v < r.v + r.height; ++v, d += r.stride, out += r.stride) {
     const __m256 row = _mm256_set1_ps(static_cast<float>(v - r.cy)), x = _mm256_loadu_ps(d);
     const __m256 measured = _mm256_cmp_ps(x, zero, _CMP_GT_OQ);
     __m256 best = _mm256_set1_ps(1e9F), label = zero;
-    for (std::size_t k = 0; k < near.count; ++k) {
-      const PixelColumns::Plane& p = near.planes[k];
-      const auto* const start = reinterpret_cast<const float*>(p.start);
-      __m256 plane = _mm256_add_ps(_mm256_loadu_ps(start), _mm256_mul_ps(twice(p.b), row));
-      plane = _mm256_add_ps(_mm256_add_ps(plane, twice(p.c)), twice(p.step));
+    for (std::size_t k = 0; k < kCount; ++k) {
+      __m256 plane = _mm256_add_ps(start[k], _mm256_mul_ps(b[k], row));
+      plane = _mm256_add_ps(_mm256_add_ps(plane, c[k]), step[k]);
       const __m256 residual = _mm256_sub_ps(x, plane);
-      const __m256 misfit = _mm256_mul_ps(_mm256_mul_ps(twice(p.weight), residual), residual);
-      const __m256 cost = _mm256_add_ps(misfit, twice(p.offset));
+      const __m256 misfit = _mm256_mul_ps(_mm256_mul_ps(weight[k], residual), residual);
+      const __m256 cost = _mm256_add_ps(misfit, offset[k]);
       const __m256 better = _mm256_and_ps(_mm256_cmp_ps(misfit, limit, _CMP_LE_OQ),
                                           _mm256_cmp_ps(cost, best, _CMP_LT_OQ));
-      label = _mm256_blendv_ps(label, twice(p.mark), better);
-      best = _mm256_blendv_ps(best, cost, better);
+      const __m256 mark = _mm256_castsi256_ps(_mm256_set1_epi32(near.label[k] + 1));
+      label = _mm256_blendv_ps(label, mark, better);
+      if (k + 1 < kCount) best = _mm256_blendv_ps(best, cost, better);
       if constexpr (kMeasure) {
         nearest[k] = _mm256_blendv_ps(nearest[k], _mm256_min_ps(misfit, nearest[k]), measured);
       }
@@ -148,7 +160,7 @@ LAMINA_AVX2 void label_rows_avx2(const PixelRows& rows, const PixelColumns& near
     const long long bytes = _mm_cvtsi128_si64(_mm_packus_epi16(shorts, shorts));
     std::memcpy(out, &bytes, sizeof(bytes));
   }
-  for (std::size_t k = 0; kMeasure && k < near.count; ++k) {
+  for (std::size_t k = 0; kMeasure && k < kCount; ++k) {
     const __m128 half =
         _mm_min_ps(_mm256_castps256_ps128(nearest[k]), _mm256_extractf128_ps(nearest[k], 1));
     std::memcpy(&least[k], &half, sizeof(half));
@@ -157,12 +169,27 @@ LAMINA_AVX2 void label_rows_avx2(const PixelRows& rows, const PixelColumns& near
 #endif
 
 template <bool kMeasure>
-void label_rows(const PixelRows& rows, const PixelColumns& near, float limit,
+void label_rows(const PixelRows& rows, const PixelLabeller::Candidates& near, float limit,
                 lanes::Float4* least) {
 #if defined(LAMINA_AVX2)
+  static_assert(PixelLabeller::Candidates::kMost == 6);
   if (rows.width == PixelColumns::kRow && lanes::has_avx2()) {
-    label_rows_avx2<kMeasure>(rows, near, limit, least);
-    return;
+    switch (near.count) {
+      case 1:
+        return label_rows_avx2<kMeasure, 1>(rows, near, limit, least);
+      case 2:
+        return label_rows_avx2<kMeasure, 2>(rows, near, limit, least);
+      case 3:
+        return label_rows_avx2<kMeasure, 3>(rows, near, limit, least);
+      case 4:
+        return label_rows_avx2<kMeasure, 4>(rows, near, limit, least);
+      case 5:
+        return label_rows_avx2<kMeasure, 5>(rows, near, limit, least);
+      case 6:
+        return label_rows_avx2<kMeasure, 6>(rows, near, limit, least);
+      default:
+        break;
+    }
   }
 #endif
   label_rows_portable<kMeasure>(rows, near, limit, least);

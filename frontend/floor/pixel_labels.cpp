@@ -49,11 +49,13 @@ void PixelLabeller::label(const DisparityImage& image, const DisparityGeometry& 
   border_.clear();
   planes_.clear();
   least_.clear();
+  passes_ = looks_ = 0;
   fill_inner(regions);
   moved_.assign(count, 1);
   steps_.assign(count, DisparityPlane::Zero());
   for (int pass = 0; pass < kPasses && count > 0; ++pass) {
     if (!label_border(regions, pass == 0 ? 4.5F : 3.5F, pass, pass > 0 ? 4 * sigma : 0)) break;
+    ++passes_;
     refit(regions, 0.15 * static_cast<double>(sigma), pass == kAhead);
   }
 }
@@ -70,9 +72,9 @@ void PixelLabeller::rename(std::span<const std::int16_t> renamed) {
     std::array<std::pair<std::uint8_t, std::uint8_t>, Candidates::kMost> present;  // from, to
     std::size_t count = 0;
     bool stays = true;
-    for (std::size_t k = 0; k < static_cast<std::size_t>(border.count); ++k) {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(border.near.count); ++k) {
       if ((border.present >> k & 1U) == 0) continue;
-      const std::size_t from = static_cast<std::size_t>(border.label[k]) + 1;
+      const std::size_t from = static_cast<std::size_t>(border.near.label[k]) + 1;
       present[count++] = {static_cast<std::uint8_t>(from), marks[from]};
       stays &= marks[from] == from;
     }
@@ -134,12 +136,13 @@ void PixelLabeller::fill_inner(const PlaneRegions& regions) {
   const auto labels = regions.labels();
   const float whole = static_cast<float>(blocks_->size * blocks_->size);
   majority_.assign(labels.begin(), labels.end());
+  about_.set(labels, blocks_->columns, blocks_->rows);
   find_inner(labels, static_cast<std::size_t>(blocks_->columns), inner_, across_);
   for (int i = 0; i < static_cast<int>(blocks_->blocks.size()); ++i) {
     const Block& block = blocks_->blocks[static_cast<std::size_t>(i)];
     const std::int16_t label = inner_[static_cast<std::size_t>(i)];
     if (label < 0 || (block.n < whole && !is_untouched(i))) {
-      if (block.n > 0) border_.push_back(neighbours_of(regions, i));
+      if (block.n > 0) border_.push_back(border_of(i));
       continue;
     }
     fill(i, static_cast<std::uint8_t>(label + 1));
@@ -153,32 +156,19 @@ PixelLabeller::Window PixelLabeller::window(int block) const {
   const std::size_t offset =
       static_cast<std::size_t>(v0) * static_cast<std::size_t>(image_->width) +
       static_cast<std::size_t>(u0);
-  return {u0, v0, std::min(image_->width - u0, size), std::min(image_->height - v0, size), offset};
+  Window w{u0, v0, std::min(image_->width - u0, size), std::min(image_->height - v0, size), offset};
+  w.mid_u = static_cast<float>(w.u0 + 0.5 * (w.width - 1) - geometry_->cx);
+  w.mid_v = static_cast<float>(w.v0 + 0.5 * (w.height - 1) - geometry_->cy);
+  return w;
 }
 
 // The labels of the blocks about, two blocks' reach.
-PixelLabeller::Border PixelLabeller::neighbours_of(const PlaneRegions& regions, int block) const {
-  const auto labels = regions.labels();
-  const int c0 = block % blocks_->columns, r0 = block / blocks_->columns;
-  Border found;
-  found.block = block;
-  found.window = window(block);
-  std::int16_t last = -1;
-  const int first_column = std::max(0, c0 - 2),
-            last_column = std::min(blocks_->columns - 1, c0 + 2);
-  for (int r = std::max(0, r0 - 2); r <= std::min(blocks_->rows - 1, r0 + 2); ++r) {
-    const std::int16_t* const row = labels.data() + blocks_->index(0, r);
-    for (int c = first_column; c <= last_column; ++c) {
-      const std::int16_t label = row[c];
-      if (label == last || label < 0 || found.count == Candidates::kMost) continue;
-      last = label;
-      const auto end = found.label.begin() + found.count;
-      if (std::find(found.label.begin(), end, label) == end) {
-        found.label[static_cast<std::size_t>(found.count++)] = label;
-      }
-    }
-  }
-  return found;
+PixelLabeller::Border PixelLabeller::border_of(int block) const {
+  Border border;
+  border.block = block;
+  border.window = window(block);
+  border.near = about_.about(block % blocks_->columns, block / blocks_->columns);
+  return border;
 }
 
 // What a residual from each of the planes costs: twice the negative logarithm of its likelihood, so
@@ -188,9 +178,9 @@ PixelLabeller::Candidates PixelLabeller::candidates_of(const Border& border,
   Candidates found;
   for (; wanted != 0; wanted &= wanted - 1) {
     const std::size_t k = static_cast<std::size_t>(std::countr_zero(wanted));
-    const Cost& cost = costs_[static_cast<std::size_t>(border.label[k])];
+    const Cost& cost = costs_[static_cast<std::size_t>(border.near.label[k])];
     const std::size_t i = static_cast<std::size_t>(found.count++);
-    found.label[i] = border.label[k];
+    found.label[i] = border.near.label[k];
     found.bit[i] = static_cast<std::uint8_t>(k);
     found.a[i] = cost.plane.x();
     found.b[i] = cost.plane.y();
@@ -201,45 +191,32 @@ PixelLabeller::Candidates PixelLabeller::candidates_of(const Border& border,
   return found;
 }
 
-// A difference of two planes in a window (px): in its middle, and by how much it may be more or
-// less elsewhere.
-PixelLabeller::Spread PixelLabeller::spread_of(const Window& w,
-                                               const Eigen::Vector3f& difference) const {
-  const float mid_u = static_cast<float>(w.u0 + 0.5 * (w.width - 1) - geometry_->cx);
-  const float mid_v = static_cast<float>(w.v0 + 0.5 * (w.height - 1) - geometry_->cy);
-  return {difference.dot(Eigen::Vector3f(mid_u, mid_v, 1)),
-          0.5F * static_cast<float>(blocks_->size) *
-              (std::abs(difference.x()) + std::abs(difference.y()))};
-}
-
 // Which planes about a block can have pixels of it, if it was looked at before: what came no nearer
 // to a plane then than this plane has moved since and more than noise allows does not fit it now,
 // and goes to it in a crease alone. Bit k: label[k].
 unsigned PixelLabeller::planes_within_reach(const Border& border, float band) const {
   constexpr float kSlack = 0.01F;  // px: rounding is less
-  const std::size_t count = border.count;
+  const std::size_t count = border.near.count;
   const unsigned all = (1U << count) - 1;
-  if (border.least < 0) return all;
+  if (border.least < 0 || !prune_) return all;
   const Least& least = least_[static_cast<std::size_t>(border.least)];
   const Eigen::Vector3f* const before =
       planes_.data() + static_cast<std::size_t>(least.pass) * costs_.size();
   const auto plane = [&](std::size_t k) -> const Cost& {
-    return costs_[static_cast<std::size_t>(border.label[k])];
+    return costs_[static_cast<std::size_t>(border.near.label[k])];
   };
   unsigned near = 0;
   for (std::size_t k = 0; k < count; ++k) {
     const Spread step = spread_of(
-        border.window, plane(k).plane - before[static_cast<std::size_t>(border.label[k])]);
-    if (least.px[k] <= plane(k).gate + std::abs(step.middle) + step.reach + kSlack) {
-      near |= 1U << k;
-    }
+        border.window, plane(k).plane - before[static_cast<std::size_t>(border.near.label[k])]);
+    const bool reached = least.px[k] <= plane(k).gate + std::abs(step.middle) + step.reach + kSlack;
+    near |= static_cast<unsigned>(reached) << k;
   }
   for (std::size_t k = 0; k < count && near != all; ++k) {
     for (std::size_t j = 0; j < k; ++j) {
-      const unsigned both = 1U << k | 1U << j;
-      if ((near & both) == both) continue;
       const Spread gap = spread_of(border.window, plane(k).plane - plane(j).plane);
-      if (std::abs(gap.middle) <= gap.reach + band) near |= both;
+      const auto meet = static_cast<unsigned>(std::abs(gap.middle) <= gap.reach + band);
+      near |= meet << k | meet << j;
     }
   }
   return near;
@@ -258,20 +235,21 @@ bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, int 
     planes_.push_back(p);
   }
   for (Border& border : border_) {
-    const auto last = border.label.begin() + border.count;
-    const bool touched = std::any_of(border.label.begin(), last, [this](std::int16_t label) {
+    const auto last = border.near.label.begin() + border.near.count;
+    const bool touched = std::any_of(border.near.label.begin(), last, [this](std::int16_t label) {
       return moved_[static_cast<std::size_t>(label)] != 0;
     });
     if (!touched) continue;
     any = true;  // and its block has a candidate
     const Window& w = border.window;
     const unsigned wanted =
-        again ? planes_within_reach(border, band) | border.present : (1U << border.count) - 1;
+        again ? planes_within_reach(border, band) | border.present : (1U << border.near.count) - 1;
     if (wanted == 0) continue;  // none has a pixel, none will
     const Candidates near = candidates_of(border, wanted);
+    looks_ += near.count;
     if (again) keep_marks(w);
     // Blocks that were looked at twice will be again.
-    const bool measure = again && border.least < 0 && border.count > 1;
+    const bool measure = again && border.least < 0 && border.near.count > 1;
     if (measure) {
       border.least = static_cast<int>(least_.size());
       least_.push_back({{}, pass});
@@ -293,22 +271,22 @@ void PixelLabeller::label_pixels(Border& border, const Candidates& near, float s
   std::array<Float4, Candidates::kMost> least;
   if (measure) least.fill(all(1e30F));
   for (int u = 0; u < w.width; u += kRow) {
-    const PixelColumns columns(near, static_cast<float>(w.u0 + u - geometry_->cx));
     const PixelRows rows{image_->row(w.v0) + w.u0 + u,
                          out_->data() + w.offset + u,
                          image_->width,
                          std::min(kRow, w.width - u),
                          w.height,
+                         static_cast<float>(w.u0 + u - geometry_->cx),
                          w.v0,
                          geometry_->cy};
     if (measure) {
-      label_rows<true>(rows, columns, sigmas * sigmas, least.data());
+      label_rows<true>(rows, near, sigmas * sigmas, least.data());
     } else {
-      label_rows<false>(rows, columns, sigmas * sigmas, nullptr);
+      label_rows<false>(rows, near, sigmas * sigmas, nullptr);
     }
   }
   if (!measure) return;
-  for (std::size_t k = 0; k < border.count; ++k) {
+  for (std::size_t k = 0; k < border.near.count; ++k) {
     const Float4& m = least[k];
     const float misfit = std::min(std::min(m[0], m[1]), std::min(m[2], m[3]));
     least_[static_cast<std::size_t>(border.least)].px[k] = std::sqrt(misfit / near.weight[k]);
@@ -333,8 +311,10 @@ void PixelLabeller::keep_marks(const Window& w) {
 void PixelLabeller::settle_creases(const PlaneRegions& regions, const Border& border,
                                    const Candidates& near, float band) {
   const Window& w = border.window;
+  const auto touches = [&](std::size_t k) { return border.near.touching >> near.bit[k] & 1; };
   for (std::size_t k = 0; k < static_cast<std::size_t>(near.count); ++k) {
     for (std::size_t j = 0; j < k; ++j) {
+      if ((touches(k) & touches(j)) == 0) continue;  // no side without blocks of both
       const Eigen::Vector3f difference(near.a[k] - near.a[j], near.b[k] - near.b[j],
                                        near.c[k] - near.c[j]);
       const Spread gap = spread_of(w, difference);
@@ -368,12 +348,13 @@ float PixelLabeller::side_of(const PlaneRegions& regions, int block, int first, 
   for (int r = std::max(0, r0 - 1); r <= std::min(blocks_->rows - 1, r0 + 1); ++r) {
     for (int c = std::max(0, c0 - 1); c <= std::min(blocks_->columns - 1, c0 + 1); ++c) {
       const std::size_t i = static_cast<std::size_t>(blocks_->index(c, r));
-      if (labels[i] != first && labels[i] != second) continue;
       const Block& b = blocks_->blocks[i];
       const float d = difference.dot(Eigen::Vector3f(b.u, b.v, 1));
-      if (std::abs(d) > 0.5F * band) seen |= 1U << (2 * (labels[i] == second) + (d > 0));
-      if ((seen & kSame) != 0 && (seen & kTurned) != 0) return 0;
+      const bool theirs = labels[i] == first || labels[i] == second;
+      seen |= static_cast<unsigned>(theirs & (std::abs(d) > 0.5F * band))
+              << (2 * (labels[i] == second) + (d > 0));
     }
+    if ((seen & kSame) != 0 && (seen & kTurned) != 0) return 0;
   }
   return seen == kSame ? 1.0F : seen == kTurned ? -1.0F : 0.0F;
 }

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
+#include <lamina/frontend/floor/labels_about.hpp>
 #include <lamina/frontend/floor/plane_regions.hpp>
 
 namespace lamina {
@@ -17,7 +19,7 @@ namespace lamina {
 class PixelLabeller {
  public:
   struct Candidates {
-    static constexpr int kMost = 6;
+    static constexpr int kMost = LabelsAbout::kMost;
     std::array<std::int16_t, kMost> label{};
     std::array<std::uint8_t, kMost> bit{};  ///< which one of its block's planes it is
     std::array<float, kMost> a{}, b{}, c{};
@@ -25,18 +27,26 @@ class PixelLabeller {
     int count = 0;
   };
 
+  /// `prune`: leave out, in passes after the first, planes that can have no pixel of a block.
+  /// Without it the labels are the same and take longer: the pruning's twin, for tests.
+  explicit PixelLabeller(bool prune = true) : prune_(prune) {}
+
   /// `sigma`: of one pixel's disparity (px).
   void label(const DisparityImage& image, const DisparityGeometry& g, const BlockImage& blocks,
              float sigma, PlaneRegions& regions, std::vector<std::uint8_t>& pixel_labels);
   /// Of every block: the region that holds at least half of its pixels, -1: none.
   const std::vector<std::int16_t>& majority() const { return majority_; }
+  /// Of the last labelling: passes over the border, and planes looked at in its blocks.
+  int passes() const { return passes_; }
+  int looks() const { return looks_; }
   /// Gives the regions of the last labelling new indices (-1: its pixels belong to none).
   void rename(std::span<const std::int16_t> renamed);
 
  private:
   struct Window {
     int u0 = 0, v0 = 0, width = 0, height = 0;
-    std::size_t offset = 0;  ///< of its first pixel
+    std::size_t offset = 0;      ///< of its first pixel
+    float mid_u = 0, mid_v = 0;  ///< its middle, from the principal point
   };
   struct Marks {
     const std::uint8_t* first;  ///< of a window
@@ -46,9 +56,9 @@ class PixelLabeller {
     int block = 0;
     int least = -1;  ///< its place in least_, -1: none yet
     Window window;
-    std::array<std::int16_t, Candidates::kMost> label{};
-    std::uint8_t count = 0;
-    std::uint8_t present = 0;  ///< bit k: pixels are labelled with label[k]
+    LabelsAbout::Found near;
+    std::array<std::uint16_t, Candidates::kMost> pixels{};  ///< labelled with near.label[k]
+    std::uint8_t present = 0;  ///< bit k: pixels are labelled with near.label[k]
   };
   /// How near the pixels of a block came to its planes (px) when these were those of a pass.
   struct Least {
@@ -70,9 +80,15 @@ class PixelLabeller {
   bool is_untouched(int block) const;
   void fill_inner(const PlaneRegions& regions);
   bool label_border(const PlaneRegions& regions, float sigmas, int pass, float band);
-  Border neighbours_of(const PlaneRegions& regions, int block) const;
+  Border border_of(int block) const;
   unsigned planes_within_reach(const Border& border, float band) const;
-  Spread spread_of(const Window& w, const Eigen::Vector3f& difference) const;
+  /// A difference of two planes in a window (px): in its middle, and by how much it may be more or
+  /// less elsewhere.
+  Spread spread_of(const Window& w, const Eigen::Vector3f& difference) const {
+    return {difference.dot(Eigen::Vector3f(w.mid_u, w.mid_v, 1)),
+            0.5F * static_cast<float>(blocks_->size) *
+                (std::abs(difference.x()) + std::abs(difference.y()))};
+  }
   Candidates candidates_of(const Border& border, unsigned wanted) const;
   void label_pixels(Border& border, const Candidates& near, float sigmas, bool measure);
   void settle_creases(const PlaneRegions& regions, const Border& border, const Candidates& near,
@@ -80,6 +96,7 @@ class PixelLabeller {
   float side_of(const PlaneRegions& regions, int block, int first, int second,
                 const Eigen::Vector3f& difference, float band) const;
   void keep_marks(const Window& w);
+  void note_holders(Border& border);
   using Counts = std::array<int, Candidates::kMost>;
   Counts count(Border& border, const Marks& marks, const Candidates& near);
   void account(Border& border, const Marks& marks, const Candidates& near, int sign);
@@ -88,11 +105,14 @@ class PixelLabeller {
                         const Eigen::Vector3f& plane) const;
   void refit(PlaneRegions& regions, double least, bool ahead);
 
+  bool prune_;
+  int passes_ = 0, looks_ = 0;
   const DisparityImage* image_ = nullptr;
   const DisparityGeometry* geometry_ = nullptr;
   const BlockImage* blocks_ = nullptr;
   std::vector<std::uint8_t>* out_ = nullptr;
   std::vector<DisparitySums> sums_;
+  LabelsAbout about_;
   std::vector<Border> border_;
   std::vector<std::int16_t> majority_, inner_, across_;
   std::vector<Cost> costs_;              ///< of the regions

@@ -46,13 +46,11 @@ double way_left(const DisparitySums& sums, const DisparityPlane& before,
 
 }  // namespace
 
-// Counts the pixels of each candidate, and notes which are there and which of them holds the block.
+// Counts the pixels of each candidate.
 PixelLabeller::Counts PixelLabeller::count(Border& border, const Marks& marks,
                                            const Candidates& near) {
   const Window& w = border.window;
-  std::int16_t& majority = majority_[static_cast<std::size_t>(border.block)];
-  majority = -1;
-  border.present = 0;
+  border.pixels = {};
   Counts counts{};
   int others = w.width * w.height;
   for (std::size_t k = 0; k < static_cast<std::size_t>(near.count) && others > 0; ++k) {
@@ -65,12 +63,24 @@ PixelLabeller::Counts PixelLabeller::count(Border& border, const Marks& marks,
         counts[k] += static_cast<int>(std::count(row, row + w.width, mark));
       }
     }
-    if (counts[k] == 0) continue;
     others -= counts[k];
-    border.present |= static_cast<std::uint8_t>(1U << near.bit[k]);
-    if (2 * counts[k] >= blocks_->size * blocks_->size) majority = near.label[k];
+    border.pixels[near.bit[k]] = static_cast<std::uint16_t>(counts[k]);
   }
+  note_holders(border);
   return counts;
+}
+
+// Which of its planes have pixels of a block, and which of them holds it.
+void PixelLabeller::note_holders(Border& border) {
+  std::int16_t majority = -1;
+  unsigned present = 0;
+  for (std::size_t k = 0; k < border.near.count; ++k) {
+    const int pixels = border.pixels[k];
+    present |= static_cast<unsigned>(pixels > 0) << k;
+    if (2 * pixels >= blocks_->size * blocks_->size) majority = border.near.label[k];
+  }
+  border.present = static_cast<std::uint8_t>(present);
+  majority_[static_cast<std::size_t>(border.block)] = majority;
 }
 
 // Adds a block's pixels to (or takes them from) the sums of the regions they are labelled with.
@@ -106,18 +116,23 @@ void PixelLabeller::account_changes(Border& border, const Candidates& near) {
       changes[static_cast<std::size_t>(count_changes - 1)] = {u, v, from, to};
     }
   };
-  for (int v = 0; v < w.height && count_changes <= kFewChanges; ++v) {
-    const std::uint8_t* a = old.first + static_cast<std::ptrdiff_t>(v) * old.stride;
-    const std::uint8_t* b = now.first + static_cast<std::ptrdiff_t>(v) * now.stride;
-    if (w.width == kRow) {
-      for (std::uint64_t differ = changed8(a, b); differ != 0; differ &= differ - 1) {
-        const int u = std::countr_zero(differ) / 8;
-        note(u, v, a[u], b[u]);
-      }
-      continue;
+  if (w.width == kRow && w.height <= kRow) {
+    std::uint64_t differ = 0;  // a bit a pixel, row by row
+    const std::uint8_t *a = old.first, *b = now.first;
+    for (int v = 0; v < w.height; ++v, a += kRow, b += now.stride) {
+      differ |= std::uint64_t{changed_bits(a, b)} << (kRow * v);
     }
-    for (int u = 0; u < w.width; ++u) {
-      if (a[u] != b[u]) note(u, v, a[u], b[u]);
+    for (; differ != 0 && count_changes <= kFewChanges; differ &= differ - 1) {
+      const int i = std::countr_zero(differ), u = i % kRow, v = i / kRow;
+      note(u, v, old.first[i], now.first[std::ptrdiff_t{v} * now.stride + u]);
+    }
+  } else {
+    for (int v = 0; v < w.height && count_changes <= kFewChanges; ++v) {
+      const std::uint8_t* a = old.first + static_cast<std::ptrdiff_t>(v) * old.stride;
+      const std::uint8_t* b = now.first + static_cast<std::ptrdiff_t>(v) * now.stride;
+      for (int u = 0; u < w.width; ++u) {
+        if (a[u] != b[u]) note(u, v, a[u], b[u]);
+      }
     }
   }
   if (count_changes == 0) return;
@@ -126,15 +141,25 @@ void PixelLabeller::account_changes(Border& border, const Candidates& near) {
     account(border, now, near, 1);
     return;
   }
+  std::array<std::uint8_t, 256> place;  // of a mark among the border's labels; for these alone
+  for (std::size_t k = 0; k < static_cast<std::size_t>(near.count); ++k) {
+    place[static_cast<std::size_t>(near.label[k]) + 1] = near.bit[k];
+  }
   for (int i = 0; i < count_changes; ++i) {
     const Change& c = changes[static_cast<std::size_t>(i)];
     const double u = w.u0 + c.u - geometry_->cx, v = w.v0 + c.v - geometry_->cy;
     DisparitySums pixel;
     pixel.add(u, v, static_cast<double>(image_->row(w.v0 + c.v)[w.u0 + c.u]));
-    if (c.from > 0) sums_[c.from - 1U] -= pixel;
-    if (c.to > 0) sums_[c.to - 1U] += pixel;
+    if (c.from > 0) {
+      sums_[c.from - 1U] -= pixel;
+      --border.pixels[place[c.from]];
+    }
+    if (c.to > 0) {
+      sums_[c.to - 1U] += pixel;
+      ++border.pixels[place[c.to]];
+    }
   }
-  count(border, now, near);
+  note_holders(border);
 }
 
 // Of a window's pixels with a mark.

@@ -49,6 +49,7 @@ double PlaneRegions::joined_cost(const PlaneRegion& a, const PlaneRegion& b) con
     // Three parameters of its own: their noise is 3 / n of a pixel's.
     const double allowed = gate2_ * (3 * noise_.per_pixel / r->sums.n + noise_.shared);
     worst = std::max(worst, r->sums.mean_square(r->plane - *fit) / allowed);
+    if (worst > 1) break;  // too much already
   }
   return worst;
 }
@@ -79,8 +80,9 @@ double PlaneRegions::merge_cost(std::size_t a, std::size_t b, bool neighbours) c
   const double joined = joined_cost(regions_[a], regions_[b]);
   if (joined > 1) return joined;
   if (two_platforms(a, b)) return kNever;
-  if (!seen_through(regions_[a], regions_[b])) return joined;
-  return std::max(joined, carried_cost(a, b, 0));
+  const double carried = carried_cost(a, b, 0);
+  if (carried <= joined || !seen_through(regions_[a], regions_[b])) return joined;
+  return carried;
 }
 
 // Whether two regions are level, neither of them the ground, and most of the way from one to the

@@ -259,5 +259,65 @@ TEST(Noise, ACornerSeenSmallIsNotTakenForDistortion) {
   EXPECT_LT(std::sqrt(shared_variance(b.blocks, sigma * sigma / 64, model)), 0.03);
 }
 
+// What is left of a block without its outliers, by a plain loop: pixels, and squared residuals from
+// its own plane.
+DisparitySums kept_of(const DisparityImage& image, int c, int r, float tolerance) {
+  DisparitySums sums;
+  for (int v = 8 * r; v < 8 * r + 8; ++v) {
+    for (int u = 8 * c; u < 8 * c + 8; ++u) {
+      const auto d = static_cast<double>(image.row(v)[u]);
+      if (d > 0 && !is_outlier(image, u, v, tolerance)) sums.add(u - 8 * c, v - 8 * r, d);
+    }
+  }
+  return sums;
+}
+
+// Blocks that outliers alone made uneven are healed, those with an edge are not: as a plain loop
+// says, but for those at the limit.
+TEST(Outliers, BlocksHealAsAPlainLoopSays) {
+  constexpr float kSigma = 0.1F, kTolerance = 0.5F, kLeast = 20;
+  std::mt19937 random(11);
+  std::normal_distribution<float> noise(0, kSigma);
+  DisparityImage image{240, 160, std::vector<float>(240 * 160)};
+  for (int v = 0; v < image.height; ++v) {
+    for (int u = 0; u < image.width; ++u) {
+      // Stripes of edges from hardly any to large ones, stray and missing pixels.
+      const float edge = (u / 12) % 2 == 0 ? 0 : 0.02F * static_cast<float>(v);
+      float& d = image.d[static_cast<std::size_t>(v * image.width + u)];
+      d = 20 + 0.05F * static_cast<float>(u) + edge + noise(random);
+      if (random() % 60 == 0) d += 5;
+      if (random() % 20 == 0) d = 0;
+    }
+  }
+  const DisparityGeometry g{500, 500, 120, 80, 40};
+  BlockImage blocks;
+  fill_blocks(image, g, 8, blocks);
+  remove_outliers(image, g, kTolerance, kSigma, kLeast, blocks);
+  int flat = 0, uneven = 0;
+  for (int r = 0; r < blocks.rows; ++r) {
+    for (int c = 0; c < blocks.columns; ++c) {
+      const DisparitySums sums = kept_of(image, c, r, kTolerance);
+      const auto plane = sums.fit();
+      ASSERT_TRUE(plane);
+      const double limit =
+          1.8 * 1.8 *
+          (static_cast<double>(kSigma * kSigma) + 0.25 * plane->head<2>().squaredNorm()) *
+          (sums.n - 3);
+      const double sse = sums.sse(*plane);
+      flat += sse < 0.99 * limit;
+      uneven += sse > 1.01 * limit;
+      // A block flat with its stray pixels keeps them.
+      if (sse < 0.99 * limit) {
+        EXPECT_TRUE(blocks.at(c, r).flat) << c << ' ' << r;
+      }
+      if (sse > 1.6 * limit) {
+        EXPECT_FALSE(blocks.at(c, r).flat) << c << ' ' << r;
+      }
+    }
+  }
+  EXPECT_GT(flat, 100);
+  EXPECT_GT(uneven, 100);
+}
+
 }  // namespace
 }  // namespace lamina

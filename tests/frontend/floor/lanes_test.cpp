@@ -30,6 +30,16 @@ TEST(Lanes, EqualBytesAreAllOnes) {
   }
 }
 
+TEST(Lanes, ChangedBytesAreABitEach) {
+  for (unsigned places = 0; places < 256; ++places) {
+    std::array<std::uint8_t, 8> a{7, 0, 255, 1, 128, 9, 254, 3}, b = a;
+    for (unsigned k = 0; k < 8; ++k) {
+      if ((places >> k & 1U) != 0) b[k] = static_cast<std::uint8_t>(b[k] ^ (1U << k));
+    }
+    EXPECT_EQ(changed_bits(a.data(), b.data()), places);
+  }
+}
+
 TEST(Lanes, EightLanesBecomeEightBytes) {
   std::array<std::uint8_t, 10> bytes{};
   store8(bytes.data() + 1, Int4{0, 1, 127, 128}, Int4{129, 254, 255, 7});

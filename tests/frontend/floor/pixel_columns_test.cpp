@@ -62,15 +62,14 @@ TEST(PixelColumns, EightLanesFourAndAPlainLoopLabelAlike) {
   for (int trial = 0; trial < 300; ++trial) {
     const Case c = draw(1 + trial % 6, random);
     for (const int width : {8, 5}) {
-      const PixelColumns columns(c.near, 100);
       std::array<std::uint8_t, kStride * kRows> portable{}, fast{};
       std::array<lanes::Float4, 6> least_portable, least_fast;
       least_portable.fill(lanes::all(1e30F));
       least_fast.fill(lanes::all(1e30F));
-      PixelRows rows{c.d.data(), portable.data(), kStride, width, kRows, 0, 20};
-      label_rows_portable<true>(rows, columns, kLimit, least_portable.data());
+      PixelRows rows{c.d.data(), portable.data(), kStride, width, kRows, 100, 0, 20};
+      label_rows_portable<true>(rows, c.near, kLimit, least_portable.data());
       rows.out = fast.data();
-      label_rows<true>(rows, columns, kLimit, least_fast.data());
+      label_rows<true>(rows, c.near, kLimit, least_fast.data());
       ASSERT_EQ(portable, fast);
       std::array<float, 6> least;
       least.fill(1e30F);

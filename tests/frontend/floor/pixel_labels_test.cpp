@@ -77,5 +77,71 @@ TEST(PixelLabels, AStrayPixelAmidAPlaneIsNotItsOwn) {
   EXPECT_EQ(l.marks[60 * 160 + 80], 0);
 }
 
+// Low boxes before a wall; every piece's blocks are a region whose plane is off, so that borders
+// settle from pass to pass: planes of few pixels are bent by them.
+struct Pieces {
+  DisparityImage image;
+  DisparityGeometry g;
+  BlockImage blocks;
+  PlaneRegions regions;
+};
+void draw_pieces(double sigma, std::uint64_t seed, Pieces& out) {
+  DepthCamera camera = testing::test_camera(0.7);
+  camera.camera = {320, 240, 262, 262, 159.5, 119.5, {}, camera.camera.T_body_camera};
+  std::vector<testing::Piece> pieces{testing::floor_piece(), testing::wall_piece(1.6)};
+  for (int k = -2; k <= 2; ++k) {
+    const double y = 0.3 * k, height = 0.04 * (k + 3);
+    pieces.push_back(testing::square_piece(1.1, y, 0.12, height));
+    pieces.push_back({Plane({-1, 0, 0}, -0.98), [=](const Eigen::Vector3d& p) {
+                        return p.z() < height && std::abs(p.y() - y) < 0.12;
+                      }});
+  }
+  const DepthFrame frame = testing::draw(pieces, camera, sigma, seed);
+  fill_disparity(frame, out.image);
+  out.g = DisparityGeometry::of(camera);
+  fill_blocks(out.image, out.g, 8, out.blocks);
+  const float s = static_cast<float>(sigma);
+  remove_outliers(out.image, out.g, 5 * s, s, 20, out.blocks);
+  out.regions.start(out.blocks, out.g, {sigma * sigma, sigma * sigma, 1e-4, 1e-4}, 4);
+  std::vector<int> all(out.blocks.blocks.size());
+  std::iota(all.begin(), all.end(), 0);
+  for (const testing::Piece& piece : pieces) {
+    const Plane plane_camera = camera.camera.T_body_camera.inverse() * piece.plane_body;
+    out.regions.grow(all, out.g.disparity_plane(plane_camera), 100);
+  }
+  // As if blocks at borders had bent them: each leans by more than noise.
+  double lean = 0.1 * sigma;
+  for (PlaneRegion& region : out.regions.regions()) {
+    region.plane += DisparityPlane(lean, -lean, sigma);
+    lean = -lean;
+  }
+}
+
+// Planes that are not looked at again in a block would have got none of its pixels.
+TEST(PixelLabels, PlanesLeftOutOfABlockWouldHaveHadNoneOfItsPixels) {
+  std::size_t planes = 0;
+  for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+    const double sigma = 0.04 * static_cast<double>(seed);
+    Pieces pieces;
+    draw_pieces(sigma, seed, pieces);
+    PlaneRegions pruned = pieces.regions, full = pieces.regions;
+    planes += full.regions().size();
+    std::vector<std::uint8_t> marks, all_marks;
+    PixelLabeller prunes, looks(false);
+    const float s = static_cast<float>(sigma);
+    prunes.label(pieces.image, pieces.g, pieces.blocks, s, pruned, marks);
+    looks.label(pieces.image, pieces.g, pieces.blocks, s, full, all_marks);
+    EXPECT_TRUE(marks == all_marks) << seed;
+    EXPECT_EQ(prunes.majority(), looks.majority()) << seed;
+    for (std::size_t k = 0; k < full.regions().size(); ++k) {
+      EXPECT_EQ(pruned.regions()[k].pixels, full.regions()[k].pixels) << seed;
+      EXPECT_EQ(pruned.regions()[k].plane, full.regions()[k].plane) << seed;
+    }
+    EXPECT_LT(prunes.looks(), looks.looks()) << seed;
+    EXPECT_GT(prunes.passes(), 3) << seed;
+  }
+  EXPECT_GE(planes, 12U);
+}
+
 }  // namespace
 }  // namespace lamina
