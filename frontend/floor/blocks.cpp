@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 
 #include <lamina/frontend/floor/lanes.hpp>
 
@@ -310,11 +311,11 @@ bool is_outlier(const DisparityImage& image, int u, int v, float tolerance) {
 namespace {
 
 // is_outlier() for a window's pixels, row by row: 0 for outliers and for what was not
-// measured. Away from the image's border four
+// measured. Away from the image's border eight
 // pixels at once.
 void find_kept(const DisparityImage& image, const Window& w, float tolerance, std::uint8_t* kept) {
   const bool inside =
-      w.u0 > 0 && w.v0 > 0 && w.u1 < image.width && w.v1 < image.height && (w.u1 - w.u0) % 4 == 0;
+      w.u0 > 0 && w.v0 > 0 && w.u1 < image.width && w.v1 < image.height && (w.u1 - w.u0) % 8 == 0;
   for (int v = w.v0; v < w.v1; ++v) {
     if (!inside) {
       for (int u = w.u0; u < w.u1; ++u) {
@@ -322,17 +323,20 @@ void find_kept(const DisparityImage& image, const Window& w, float tolerance, st
       }
       continue;
     }
-    for (int u = w.u0; u < w.u1; u += 4, kept += 4) {
-      const float* const at = image.row(v) + u;
-      const Float4 d = load4(at);
+    const float* at = image.row(v) + w.u0;
+    const auto good = [&](const float* p) {
+      const Float4 d = load4(p);
       const auto agrees = [&](const Float4& a, const Float4& b) {
         const Float4 off = d - 0.5F * (a + b);
         return (a > 0.0F) & (b > 0.0F) & (off <= tolerance) & (off >= -tolerance);
       };
-      const Int4 good = (agrees(load4(at - 1), load4(at + 1)) |
-                         agrees(load4(at - image.width), load4(at + image.width))) &
-                        (d > 0.0F);
-      for (int k = 0; k < 4; ++k) kept[k] = static_cast<std::uint8_t>(good[k] & 1);
+      return (agrees(load4(p - 1), load4(p + 1)) |
+              agrees(load4(p - image.width), load4(p + image.width))) &
+             (d > 0.0F);
+    };
+    for (int u = w.u0; u < w.u1; u += 8, at += 8, kept += 8) {
+      const Byte8 bits = narrow8(good(at), good(at + 4)) & 1;
+      std::memcpy(kept, &bits, sizeof(bits));
     }
   }
 }

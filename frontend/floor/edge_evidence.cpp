@@ -103,6 +103,7 @@ std::pair<std::uint8_t, std::uint8_t> usual_neighbours(const std::vector<Line>& 
 // What a line's window costs wherever in it, or beside it, the neighbours meet.
 void part(Line& l) {
   const int size = static_cast<int>(l.first.size()) - 1;
+  l.parted.reserve(static_cast<std::size_t>(size) + 3);
   const auto place = [size](int i) { return static_cast<std::size_t>(std::clamp(i, 0, size)); };
   for (int border = -1; border <= size + 1; ++border) {
     const std::size_t low = place(border - 1), high = place(border + 1);
@@ -203,7 +204,10 @@ EdgeEvidence edge_evidence(const DisparityImage& image, const DisparityGeometry&
   for (Line& l : lines) {
     l.from = std::max(0, l.begin - kBeyond);
     const int to = std::min(t.length(), l.end + kBeyond);
-    l.first = l.second = l.either = {0};
+    for (auto* costs : {&l.first, &l.second, &l.either}) {
+      costs->reserve(static_cast<std::size_t>(std::max(0, to - l.from)) + 1);
+      costs->assign(1, 0);
+    }
     for (int i = l.from; i < to; ++i) {
       const double a = t.cost(l.at, i, first, variance), b = t.cost(l.at, i, second, variance);
       l.first.push_back(l.first.back() + a);

@@ -235,11 +235,15 @@ bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, int 
     planes_.push_back(p);
   }
   for (Border& border : border_) {
-    const auto last = border.near.label.begin() + border.near.count;
-    const bool touched = std::any_of(border.near.label.begin(), last, [this](std::int16_t label) {
-      return moved_[static_cast<std::size_t>(label)] != 0;
-    });
-    if (!touched) continue;
+    if (!again && &border + 3 < border_.data() + border_.size()) {
+      const Window& next = (&border + 3)->window;
+      for (int v = 0; v < next.height; ++v) __builtin_prefetch(image_->row(next.v0 + v) + next.u0);
+    }
+    unsigned touched = 0;
+    for (std::size_t k = 0; k < border.near.count; ++k) {
+      touched |= moved_[static_cast<std::size_t>(border.near.label[k])];
+    }
+    if (touched == 0) continue;
     any = true;  // and its block has a candidate
     const Window& w = border.window;
     const unsigned wanted =
