@@ -12,6 +12,7 @@
 #include <set>
 
 #include <lamina/apps/ground_hits.hpp>
+#include <lamina/apps/overhangs.hpp>
 #include <lamina/apps/recorded_stamps.hpp>
 #include <lamina/backend/refiner.hpp>
 #include <lamina/grid/occupancy_fill.hpp>
@@ -269,7 +270,11 @@ void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
   // Scans alone may make a scrap of a level plane out of clutter: that is no floor.
   const bool floor_seen =
       rasterizer.floor_seen() && (!map.surfels.empty() || rasterizer.floor_under_path());
+  const std::vector<CellIndex> hidden =
+      hidden_behind(rasterizer.solid_cells(), sights_.seen(), trajectory, settings_.grid_resolution,
+                    [this](const auto& take) { for_each_scan(take); });
   NavigabilityGrid grid = std::move(rasterizer).take_grid();
+  hide(grid, hidden);
   // A map from scans alone: nothing looked at the floor, what is clear at the scanner's height is
   // the best there is, and its confidence says so.
   if (!floor_seen && occupancy) fill_from_occupancy(grid, *occupancy);

@@ -75,12 +75,15 @@ void take_nearest(std::span<const Level> levels, Site& site) {
 }
 
 // Does it stand in the robot's way?
+bool in_the_way(float low, float high, float base, const RasterOptions& options) {
+  return high > base + static_cast<float>(options.max_step) &&
+         low < base + static_cast<float>(options.robot_height);
+}
+
 bool touch(float low, float high, float base, const RasterOptions& options, Site& site) {
-  const float from = base + static_cast<float>(options.max_step);
-  const float to = base + static_cast<float>(options.robot_height);
-  if (high <= from || low >= to) return false;
+  if (!in_the_way(low, high, base, options)) return false;
   site.blocked = true;
-  site.top = std::max(site.top, std::min(high, to));
+  site.top = std::max(site.top, std::min(high, base + static_cast<float>(options.robot_height)));
   return true;
 }
 
@@ -127,6 +130,20 @@ void choose_sites(const std::vector<PathPoint>& path, float fallback, const Rast
       touch(obstacle->low, obstacle->high, base, options, site);
     }
   }
+}
+
+float lowest_solid(const Tile& tile, int cell, float base, const RasterOptions& options) {
+  float lowest = std::numeric_limits<float>::infinity();
+  const auto take = [&](float low, float high) {
+    if (in_the_way(low, high, base, options)) lowest = std::min(lowest, low);
+  };
+  for (const Level& level : tile.levels_at(cell)) take(level.surface.height, level.surface.height);
+  auto obstacle = std::lower_bound(tile.obstacles.begin(), tile.obstacles.end(), cell,
+                                   [](const Obstacle& o, int c) { return o.cell < c; });
+  for (; obstacle != tile.obstacles.end() && obstacle->cell == cell; ++obstacle) {
+    take(obstacle->low, obstacle->high);
+  }
+  return lowest;
 }
 
 void choose_again(const std::vector<PathPoint>& path, float fallback, const RasterOptions& options,

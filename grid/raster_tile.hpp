@@ -176,6 +176,9 @@ bool connects(const Level& a, const Level& b, const RasterOptions& options);
 /// `fallback`: height of the floor where the path says nothing (NaN: none).
 void choose_sites(const std::vector<PathPoint>& path, float fallback, const RasterOptions& options,
                   Tile& tile);
+/// Lower bound (map z) of the lowest thing in a cell that is in the way of a robot on a floor at
+/// `base`.
+float lowest_solid(const Tile& tile, int cell, float base, const RasterOptions& options);
 /// As above, or no sites where nothing is known any more; sets `changed`. What the sites around say
 /// of the others stays.
 void choose_again(const std::vector<PathPoint>& path, float fallback, const RasterOptions& options,

@@ -355,6 +355,22 @@ Doubt Rasterizer::doubt(const CellIndex& cell) const {
   verdict({around, i, j, verdict_reach(state_->options)}, state_->options, &doubt);
   return doubt;
 }
+std::vector<SolidCell> Rasterizer::solid_cells() const {
+  std::vector<SolidCell> solid;
+  for (const auto& [key, tile] : state_->book.tiles) {
+    for (int c = 0; c < kCells && !tile->sites.empty(); ++c) {
+      const Site& site = tile->sites[static_cast<std::size_t>(c)];
+      if (!site.blocked) continue;
+      const float base = site.supported ? site.height : site.reference;
+      const float low = lowest_solid(*tile, c, base, state_->options);
+      solid.push_back({{tile->first.i + c % kSide, tile->first.j + c / kSide},
+                       static_cast<double>(base),
+                       static_cast<double>(low),
+                       static_cast<double>(site.top)});
+    }
+  }
+  return solid;
+}
 bool Rasterizer::floor_seen() const { return state_->floor_seen; }
 bool Rasterizer::floor_under_path() const { return state_->floor_under_path; }
 

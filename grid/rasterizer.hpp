@@ -74,6 +74,13 @@ enum class Doubt {
   kSqueezed,    ///< between solid things
 };
 
+/// What stands or hangs in the robot's height over a cell, map z (m).
+struct SolidCell {
+  CellIndex cell;
+  double floor = 0;          ///< the surface there, else the floor the robot would come from
+  double low = 0, high = 0;  ///< its lowest and highest bounds
+};
+
 /// Draws a map and redraws only what changed (docs/grid.md explains the rules).
 ///
 /// The grid after any sequence of updates is the same, bit for bit, as one drawn from scratch from
@@ -98,6 +105,7 @@ class Rasterizer {
   NavigabilityGrid take_grid() &&;
   std::size_t tiles_drawn() const;  ///< of the last update, of 32 x 32 cells
   Doubt doubt(const CellIndex& cell) const;
+  std::vector<SolidCell> solid_cells() const;  ///< tile by tile, then by cell
   bool floor_seen() const;        ///< false: no surface at all in the map, only obstacles
   bool floor_under_path() const;  ///< a surface is where the path says the robot's floor must be
 

@@ -75,5 +75,20 @@ TEST_F(RasterPlatform, ItsTopBlocksTheFloorUnderIt) {
   EXPECT_EQ(test::at(grid, 1.825, 0.025).navigability, 1.0F);
 }
 
+TEST(Rasterizer, TellsWhatIsSolidOverItsFloor) {
+  PlanarMap map;
+  test::add_floor(map, {0, -1}, {2, 1}, [](double, double) { return 0.1; });
+  test::add_path(map, {0.5, -0.9, 0.1}, {0.5, 0.9, 0.1});
+  map.loose_points = {{1.01, 0.01, 0.8}, {1.02, 0.02, 0.7}, {1.51, 0.01, 0.95}, {1.52, 0.01, 0.95}};
+  Rasterizer rasterizer;
+  rasterizer.update(map);
+  const std::vector<SolidCell> solid = rasterizer.solid_cells();
+  ASSERT_EQ(solid.size(), 1u);  // the others hang above the robot
+  EXPECT_EQ(solid[0].cell, (CellIndex{20, 0}));
+  EXPECT_NEAR(solid[0].floor, 0.1, 1e-6);
+  EXPECT_NEAR(solid[0].low, 0.7, 1e-6);
+  EXPECT_NEAR(solid[0].high, 0.8, 1e-6);
+}
+
 }  // namespace
 }  // namespace lamina
