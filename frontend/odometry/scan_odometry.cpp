@@ -14,6 +14,34 @@ const LineMatch& better(const LineMatch& expected, const LineMatch& found) {
   return found.matched > expected.matched + 0.1 ? found : expected;
 }
 
+// Below, wheels stand.
+constexpr double kStands = 1e-3;  // m
+
+// Does the scan by itself, `alone`, say clearly, and by more than what one person shows of himself,
+// that it was taken elsewhere than where it and the wheels agree on, `both`?
+bool tells_otherwise(const LineMatch& alone, const LineMatch& both,
+                     const std::vector<OrientedPoint>& points, const PlanarPose& by_wheels) {
+  constexpr double kClear = 4;      // sigmas squared
+  constexpr double kAsMuch = 0.02;  // of the scan
+  constexpr double kFacing = 0.7;   // cosine
+  constexpr double kPerson = 1;     // m
+  if (!alone.converged || alone.unknown_directions > 0 || alone.matched < both.matched - kAsMuch) {
+    return false;
+  }
+  const PlanarPose off = both.T_map_scan.inverse() * alone.T_map_scan;
+  const Eigen::Vector3d e(off.x, off.y, off.yaw);
+  if (e.dot(alone.information * e) < kClear) return false;
+  const Eigen::Vector2d ahead =
+      (by_wheels.rotation().transpose() * by_wheels.translation()).normalized();
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(1e9), high = -low;
+  for (const OrientedPoint& p : points) {
+    if (!p.oriented() || std::abs(p.normal.dot(ahead)) < kFacing) continue;
+    low = low.cwiseMin(p.point);
+    high = high.cwiseMax(p.point);
+  }
+  return (high - low).maxCoeff() > kPerson;
+}
+
 }  // namespace
 
 ScanOdometry::ScanOdometry(const ScanOdometryOptions& options) : options_(options) {}
@@ -36,7 +64,16 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   const bool regular = std::abs(dt - last_interval_) < 0.2 * dt;  // a step is a velocity
   last_stamp_ = scan.stamp;
   last_interval_ = dt;
-  const LineMatch match = align(prediction, wheels.has_value(), regular ? dt : 0, motion);
+  LineMatch match = align(prediction, wheels.has_value(), regular ? dt : 0, motion);
+  compare(wheels, match, match.matched < options_.lost_matched);
+  if (doubt_.slips()) {
+    const LineMatch alone =
+        match_lines(map_, points_, T_local_body_ * velocity_, {}, options_.match);
+    if (tells_otherwise(alone, match, points_, planar_part(wheels->T_prev_curr_body))) {
+      match = alone;
+      match.prior_weight = 0;
+    }
+  }
   const bool frozen = usual_.repeated(scan.ranges);
   const bool doubtful = !wheels && usual_.gap_before(scan.stamp) && usual_.worse(match.matched);
   fill(prediction, match, wheels, doubtful, motion);
@@ -108,7 +145,6 @@ void ScanOdometry::hold_to_wheels(const PlanarPrior& wheels, const Prediction& p
                                   double dt, LineMatch& match) const {
   if (map_.empty() || contradiction(match, prediction) < options_.contradiction_chi_squared) return;
   // Wheels that stand do not go on: they may not be counted, and a robot that stands does not tip.
-  constexpr double kStands = 1e-3;  // m
   if (prediction.T_prev_curr.translation().norm() < kStands) return;
   const auto from_before = [this](const PlanarPose& T_map_scan) {
     return (velocity_.inverse() * (T_local_body_.inverse() * T_map_scan)).translation().norm();
@@ -224,6 +260,20 @@ void ScanOdometry::fill(const Prediction& prediction, const LineMatch& match,
     motion.covariance.diagonal() << 0, 0, h * h, l * l, l * l, 0;
   }
   set_planar_block(0.5 * (planar + planar.transpose()), motion.covariance);
+}
+
+void ScanOdometry::compare(const std::optional<MotionGuess>& wheels, const LineMatch& match,
+                           bool lost) {
+  if (!wheels || lost || match.unknown_directions > 0) return doubt_.forget();
+  const PlanarPose by_wheels = planar_part(wheels->T_prev_curr_body);
+  if (by_wheels.translation().norm() < kStands) return;
+  const Eigen::Vector2d ahead = by_wheels.translation().normalized();  // in the previous body
+  const PlanarPose step = T_local_body_.inverse() * match.T_map_scan;
+  Eigen::Vector3d u = Eigen::Vector3d::Zero();  // in the tangent of the current one
+  u.head<2>() = by_wheels.rotation().transpose() * ahead;
+  const double wheels_variance = u.dot(planar_block(wheels->covariance) * u);
+  doubt_.add(ahead.dot(step.translation() - by_wheels.translation()), wheels_variance,
+             u.dot(match.information.inverse() * u));
 }
 
 void ScanOdometry::keep_key_scan(const LineMatch& match, bool lost) {

@@ -10,6 +10,7 @@
 #include <lamina/frontend/odometry/line_matcher.hpp>
 #include <lamina/frontend/odometry/scan_points.hpp>
 #include <lamina/frontend/odometry/usual_fit.hpp>
+#include <lamina/frontend/odometry/wheel_doubt.hpp>
 #include <lamina/sensors/laser_scan.hpp>
 
 namespace lamina {
@@ -93,7 +94,7 @@ class ScanOdometry {
   template <class A>
   friend void fields(A& a, ScanOdometry& v) {
     a(v.points_, v.T_local_body_, v.T_local_alone_, v.velocity_, v.key_scans_, v.map_, v.usual_,
-      v.last_stamp_, v.last_interval_);
+      v.last_stamp_, v.last_interval_, v.doubt_);
     if constexpr (A::kReading) v.grid_.reset();  // made anew from the map when it is needed
   }
 
@@ -124,6 +125,8 @@ class ScanOdometry {
             const std::optional<MotionGuess>& wheels, bool doubtful, ScanMotion& motion) const;
   std::optional<PlanarPose> alone(const Prediction& prediction, const LineMatch& match) const;
   void keep_key_scan(const LineMatch& match, bool lost);
+  /// Tells doubt_ how far a match (lost: none) and the wheels differ along the latter's way.
+  void compare(const std::optional<MotionGuess>& wheels, const LineMatch& match, bool lost);
 
   ScanOdometryOptions options_;
   std::vector<OrientedPoint> points_;
@@ -132,6 +135,7 @@ class ScanOdometry {
   std::deque<KeyScan> key_scans_;
   PointMap map_;
   UsualFit usual_;
+  WheelDoubt doubt_;
   std::optional<Timestamp> last_stamp_;
   double last_interval_ = 0;            ///< s
   std::optional<LikelihoodGrid> grid_;  ///< of map_, made when first needed
