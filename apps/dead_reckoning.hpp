@@ -13,4 +13,9 @@ namespace lamina::apps {
 /// old planes where they are instead of metres away. Covariances stay those of the motion.
 void follow(std::vector<Step>& steps, const Trajectory& corrected);
 
+/// Images alone whose first shows no floor: the first one that does says how the body stood when
+/// the recording began. Turns and lifts the start so (levelled_pose()), motions stay. False where
+/// no image shows a floor.
+bool begin_levelled(std::vector<Step>& steps);
+
 }  // namespace lamina::apps

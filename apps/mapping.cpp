@@ -151,6 +151,10 @@ void level(Mapper& mapper) {
   mapper.move(levelled_pose(T_first_map * floor->plane_map) * T_first_map);
 }
 
+bool images_alone(const std::vector<Step>& steps) {
+  return std::none_of(steps.begin(), steps.end(), [](const Step& s) { return s.scan.has_value(); });
+}
+
 std::int64_t plane_count(const Mapper& mapper) {
   return static_cast<std::int64_t>(mapper.graph().planes.size());
 }
@@ -172,6 +176,9 @@ Mapper map_offline(Run& run) {
     return std::int64_t{0};
   });
   if (settings.close_loops) gather(run.closer.finish());
+  const bool levelled =
+      run.front_end.levelled_by_image() ||
+      (images_alone(steps) && !run.front_end.met_odometry() && begin_levelled(steps));
   MapperOptions options = settings.mapper;
   if (!loops.empty()) {
     follow(steps, run.closer.corrected());
@@ -215,7 +222,7 @@ Mapper map_offline(Run& run) {
   output.metrics.counts["scan_loops"] = book.hand_over(loops, mapper);
   if (run.live) run.live->refining(mapper, output.metrics);
   refine(mapper, output, ended);
-  if (run.front_end.levelled_by_image()) level(mapper);
+  if (levelled) level(mapper);
   return mapper;
 }
 
