@@ -266,7 +266,7 @@ void ScanOdometry::compare(const std::optional<MotionGuess>& wheels, const LineM
                            bool lost) {
   if (!wheels || lost || match.unknown_directions > 0) return doubt_.forget();
   const PlanarPose by_wheels = planar_part(wheels->T_prev_curr_body);
-  if (by_wheels.translation().norm() < kStands) return;
+  if (by_wheels.translation().norm() < kStands) return doubt_.forget();
   const Eigen::Vector2d ahead = by_wheels.translation().normalized();  // in the previous body
   const PlanarPose step = T_local_body_.inverse() * match.T_map_scan;
   Eigen::Vector3d u = Eigen::Vector3d::Zero();  // in the tangent of the current one
