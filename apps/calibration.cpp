@@ -102,9 +102,11 @@ std::optional<Eigen::Vector3d> correct_wheels(std::vector<Step>& steps,
   return sigma.head<3>();
 }
 
-void correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops, bool planar,
-                       io::Metrics& metrics) {
-  for (const CorrectedMounting& one : calibrate_mountings(steps, loops, planar)) tell(one, metrics);
+MountingEvidence correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops,
+                                   bool planar, io::Metrics& metrics) {
+  const MountingCalibration found = calibrate_mountings(steps, loops, planar);
+  for (const CorrectedMounting& one : found.corrected) tell(one, metrics);
+  return found.left;
 }
 
 std::optional<MountingCorrection> find_lean(Recording& recording,
@@ -209,15 +211,18 @@ bool lift_off_plane(const OpenRecording& open, const DepthDistortion& distortion
   return true;
 }
 
-void correct_motions_by_images(const OpenRecording& open, const DepthDistortion& distortion,
-                               std::vector<Step>& steps, bool remounting, io::Metrics& metrics,
-                               const std::function<bool()>& ended) {
-  if (!wheels_and_images_alone(steps)) return;
+MountingEvidence correct_motions_by_images(const OpenRecording& open,
+                                           const DepthDistortion& distortion,
+                                           std::vector<Step>& steps, bool remounting,
+                                           io::Metrics& metrics,
+                                           const std::function<bool()>& ended) {
+  if (!wheels_and_images_alone(steps)) return {};
   const auto timer = metrics.time("images_beside_wheels");
   const MotionsByImages found =
       refine_motions_by_images(open, distortion, steps, remounting, ended);
   metrics.counts["motions_by_images"] = found.told;
   if (found.mounting) tell({"camera", "images against wheels", *found.mounting}, metrics);
+  return found.left;
 }
 
 }  // namespace lamina::apps

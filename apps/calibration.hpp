@@ -19,9 +19,9 @@ std::optional<Eigen::Vector3d> correct_wheels(std::vector<Step>& steps,
                                               io::Metrics& metrics,
                                               const std::function<bool()>& ended);
 
-/// calibrate_mountings(), likewise.
-void correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops, bool planar,
-                       io::Metrics& metrics);
+/// calibrate_mountings(), likewise. Returns what is left.
+MountingEvidence correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops,
+                                   bool planar, io::Metrics& metrics);
 
 /// A first look over the scans of a level scanner on wheels, for the lean that the ground tells
 /// (GroundLean); nullopt where its mounting stays. `recording` is used up.
@@ -59,9 +59,12 @@ bool lift_off_plane(const OpenRecording& open, const DepthDistortion& distortion
                     std::vector<Step>& steps, io::Metrics& metrics,
                     const std::function<bool()>& ended);
 
-/// refine_motions_by_images() where there are no scans, likewise.
-void correct_motions_by_images(const OpenRecording& open, const DepthDistortion& distortion,
-                               std::vector<Step>& steps, bool remounting, io::Metrics& metrics,
-                               const std::function<bool()>& ended);
+/// refine_motions_by_images() where there are no scans, likewise. Returns what images say of the
+/// camera's mounting as it is then.
+MountingEvidence correct_motions_by_images(const OpenRecording& open,
+                                           const DepthDistortion& distortion,
+                                           std::vector<Step>& steps, bool remounting,
+                                           io::Metrics& metrics,
+                                           const std::function<bool()>& ended);
 
 }  // namespace lamina::apps

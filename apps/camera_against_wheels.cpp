@@ -128,6 +128,25 @@ WheelErrors CameraAgainstWheels::fit(const WheelPrior& prior) const {
   return result;
 }
 
+MountingEvidence CameraAgainstWheels::evidence() const {
+  MountingEvidence result;
+  if (facts_.size() < kLeastFacts) return result;
+  const WheelPrior prior(camera_place_);
+  const WheelErrors errors = fit(prior);
+  // The frame of the camera is turned by -direction against the wheels'.
+  Eigen::Matrix3d to_e;
+  to_e << 0, 1, 0, 0, 0, 1, -1, 0, 0;
+  const auto of_mounting = [&](const Matrix& C) {
+    return Eigen::Matrix3d(to_e * C.bottomRightCorner<3, 3>() * to_e.transpose());
+  };
+  // Of images alone: less the prior, which counts in the fit as it does here.
+  const Eigen::Matrix3d H = of_mounting(errors.covariance).inverse();
+  const Eigen::Matrix3d H_prior = of_mounting(Matrix(prior.information().inverse())).inverse();
+  result.information = H - H_prior;
+  result.pull = H * (to_e * errors.value.tail<3>());
+  return result;
+}
+
 std::optional<MountingCorrection> CameraAgainstWheels::correction() const {
   if (facts_.size() < kLeastFacts) return std::nullopt;
   WheelPrior prior(camera_place_);

@@ -7,6 +7,7 @@
 #include <lamina/apps/wheel_prior.hpp>
 #include <lamina/apps/wheel_track.hpp>
 #include <lamina/frontend/odometry/depth_odometry.hpp>
+#include <lamina/frontend/segments/mounting_evidence.hpp>
 
 namespace lamina::apps {
 
@@ -27,6 +28,8 @@ class CameraAgainstWheels {
   /// What must be done to the camera's mounting; nullopt where neither heading (2.5 sigmas) nor
   /// place (chi-squared 13.8; between 5 mm and 6 cm) stands out.
   std::optional<MountingCorrection> correction() const;
+  /// What was added says of the mounting, whether it stands out or not.
+  MountingEvidence evidence() const;
 
  private:
   struct Piece {

@@ -40,10 +40,11 @@ NavigabilityGrid true_grid(const sim::TruthGrid& truth) {
 
 void compare_with_simulation(const fs::path& map, const sim::Truth& truth,
                              const Trajectory& path_map, const SE3& T_reference_map,
-                             Evaluation& evaluation) {
+                             const std::optional<SE3>& T_reference_datum, Evaluation& evaluation) {
   if (fs::exists(map / "planes.json")) {
-    evaluation.planes = plane_errors(io::read_planes_json(map / "planes.json"),
-                                     reference_planes(truth), T_reference_map);
+    evaluation.planes =
+        plane_errors(io::read_planes_json(map / "planes.json"), reference_planes(truth),
+                     T_reference_map, {}, T_reference_datum);
   }
   if (truth.grid.width <= 0) return;
   const NavigabilityGrid ground = true_grid(truth.grid);
@@ -77,6 +78,13 @@ SE3 align_poses(const Trajectory& estimate, const Trajectory& reference) {
   return SE3(R, t);
 }
 
+std::optional<SE3> align_first_pose(const Trajectory& estimate, const Trajectory& reference) {
+  for (const auto& [stamp, pose] : estimate) {
+    if (const auto truth = reference.at(stamp, 0.5)) return *truth * pose.inverse();
+  }
+  return std::nullopt;
+}
+
 Evaluation evaluate(const fs::path& map, const fs::path& truth) {
   Evaluation evaluation;
   if (!fs::exists(truth)) {
@@ -85,6 +93,7 @@ Evaluation evaluate(const fs::path& map, const fs::path& truth) {
   const Trajectory estimate = Trajectory::read_tum(map / "trajectory.txt");
   const fs::path poses = fs::is_directory(truth) ? truth / "groundtruth.txt" : truth;
   SE3 T_reference_map;
+  std::optional<SE3> T_reference_datum;
   if (!fs::exists(poses)) {
     evaluation.remarks.push_back(poses.string() + " does not exist: no trajectory compared");
   } else {
@@ -95,6 +104,7 @@ Evaluation evaluate(const fs::path& map, const fs::path& truth) {
                   "expected the reference of the same recording");
     }
     T_reference_map = align_poses(estimate, reference);
+    T_reference_datum = align_first_pose(estimate, reference);
   }
   if (fs::exists(map / "planes.json")) {
     const auto planes = io::read_planes_json(map / "planes.json");
@@ -103,7 +113,8 @@ Evaluation evaluate(const fs::path& map, const fs::path& truth) {
   }
   if (fs::is_directory(truth)) {
     if (const auto known = sim::read_truth(truth)) {
-      compare_with_simulation(map, *known, estimate, T_reference_map, evaluation);
+      compare_with_simulation(map, *known, estimate, T_reference_map, T_reference_datum,
+                              evaluation);
     } else {
       evaluation.remarks.push_back("no truth.yaml: planes and grid not compared");
     }

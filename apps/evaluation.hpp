@@ -37,6 +37,10 @@ Evaluation evaluate(const std::filesystem::path& map, const std::filesystem::pat
 /// path determines, too. Identity when no stamps meet.
 SE3 align_poses(const Trajectory& estimate, const Trajectory& reference);
 
+/// T_reference_map that lays the first pose whose stamp the reference has on the true one; nullopt
+/// when no stamps meet.
+std::optional<SE3> align_first_pose(const Trajectory& estimate, const Trajectory& reference);
+
 std::string to_text(const Evaluation& evaluation);
 void write_evaluation(const std::filesystem::path& file, const Evaluation& evaluation);
 /// One line for each limit that is exceeded or cannot be checked.

@@ -14,6 +14,7 @@ struct Told {
   std::vector<std::optional<Increment>> motions;  // of the steps, where images tell them
   std::vector<LeftToWheels> left_to_wheels;       // where they were asked
   std::optional<MountingCorrection> mounting;
+  MountingEvidence of_mounting;
 };
 
 Told look(Recording& recording, const DepthDistortion& distortion, const std::vector<Step>& steps,
@@ -22,6 +23,7 @@ Told look(Recording& recording, const DepthDistortion& distortion, const std::ve
   CameraAgainstWheels camera(camera_place(steps), odometry.options());
   Told told{std::vector<std::optional<Increment>>(steps.size()),
             std::vector<LeftToWheels>(steps.size()),
+            {},
             {}};
   std::size_t i = 0;
   bool follows = false;  // the image of the step before was seen
@@ -49,6 +51,7 @@ Told look(Recording& recording, const DepthDistortion& distortion, const std::ve
     ++i;
   }
   told.mounting = camera.correction();
+  told.of_mounting = camera.evidence();
   return told;
 }
 
@@ -65,6 +68,7 @@ MotionsByImages refine_motions_by_images(const OpenRecording& open,
     for (Step& step : steps) remount(step, *told.mounting);
     told = look(*open(), distortion, steps, ended);
   }
+  result.left = told.of_mounting;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     steps[i].left_to_wheels = told.left_to_wheels[i];
     if (!told.motions[i]) continue;

@@ -8,6 +8,7 @@
 
 #include <lamina/apps/front_end.hpp>
 #include <lamina/frontend/segments/mounting_correction.hpp>
+#include <lamina/frontend/segments/mounting_evidence.hpp>
 #include <lamina/sensors/recording.hpp>
 
 namespace lamina::apps {
@@ -17,6 +18,7 @@ using OpenRecording = std::function<std::unique_ptr<Recording>()>;
 struct MotionsByImages {
   int told = 0;                                ///< steps whose motions images tell now
   std::optional<MountingCorrection> mounting;  ///< what was done to the camera's mounting
+  MountingEvidence left;                       ///< what images say of it as it is then
 };
 
 /// A second look over the depth images, once errors of wheels and mountings are out of the steps:

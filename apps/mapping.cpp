@@ -20,6 +20,7 @@
 #include <lamina/apps/live.hpp>
 #include <lamina/apps/loop_book.hpp>
 #include <lamina/apps/map_output.hpp>
+#include <lamina/apps/mounting_doubt.hpp>
 #include <lamina/apps/preset.hpp>
 #include <lamina/apps/progress.hpp>
 #include <lamina/apps/reader.hpp>
@@ -188,8 +189,10 @@ Mapper map_offline(Run& run) {
     options.place.enabled = false;
     options.window.keyframes = std::min(options.window.keyframes, 10);
   }
+  MountingDoubt doubt(settings);
+  for (const Step& step : steps) doubt.met(step, run.front_end.met_wheels());  // as stated
   if (settings.calibrate_mountings)
-    correct_mountings(steps, loops, run.front_end.met_wheels(), output.metrics);
+    doubt.hear(correct_mountings(steps, loops, run.front_end.met_wheels(), output.metrics));
   // Where reading was ended, what was read is mapped all the same.
   const bool ended_before = run.interrupt.interrupted();
   const auto ended = [&] { return run.interrupt.interrupted() && !ended_before; };
@@ -200,8 +203,9 @@ Mapper map_offline(Run& run) {
     if (sigmas) output.wheel_path.know(*sigmas);
   }
   if (run.open_again && settings.images_beside_wheels && run.front_end.met_odometry()) {
-    correct_motions_by_images(run.open_again, run.front_end.depth_distortion(), steps,
-                              settings.calibrate_mountings && wheels, output.metrics, ended);
+    doubt.hear(correct_motions_by_images(run.open_again, run.front_end.depth_distortion(), steps,
+                                         settings.calibrate_mountings && wheels, output.metrics,
+                                         ended));
   }
   if (run.open_again && settings.follow_slopes && run.front_end.slopes_seen() > 0)
     options.window_trusts_tilt = !lift_off_plane(run.open_again, run.front_end.depth_distortion(),
@@ -223,6 +227,7 @@ Mapper map_offline(Run& run) {
   if (run.live) run.live->refining(mapper, output.metrics);
   refine(mapper, output, ended);
   if (levelled) level(mapper);
+  doubt.tell(mapper, output.metrics);
   return mapper;
 }
 
@@ -239,8 +244,10 @@ Mapper map_online(Run& run) {
   Mapper mapper(run.settings.mapper);
   LoopBook book;
   OnlineUpkeep upkeep;
+  MountingDoubt doubt(run.settings);
   mapper.keep_frames_in(output.folder());
   for_each_step(run, [&](JournalEntry&& entry) {
+    doubt.met(entry.step, run.front_end.met_wheels());
     upkeep.added(map_step(entry.step, mapper, run.closer, book, output), mapper);
     if (run.live) run.live->mapped(entry.step, mapper, output.metrics);
     const int taken = book.hand_over(entry.loops, mapper);
@@ -252,6 +259,7 @@ Mapper map_online(Run& run) {
     }
     return plane_count(mapper);
   });
+  doubt.tell(mapper, output.metrics);
   return mapper;
 }
 

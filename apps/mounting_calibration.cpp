@@ -165,9 +165,10 @@ void remount(Step& step, const MountingCorrection& correction) {
   if (step.scan) step.scan->lidar.T_body_lidar = correction.apply(step.scan->lidar.T_body_lidar);
 }
 
-std::vector<CorrectedMounting> calibrate_mountings(std::vector<Step>& steps,
-                                                   std::vector<LoopClosure>& loops, bool planar) {
-  std::vector<CorrectedMounting> all;
+MountingCalibration calibrate_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops,
+                                        bool planar) {
+  MountingCalibration result;
+  std::vector<CorrectedMounting>& all = result.corrected;
   const auto hanging =
       planar && mounting_of(steps, is_other_scan) ? by_ground(steps) : std::nullopt;
   if (hanging) {
@@ -177,7 +178,7 @@ std::vector<CorrectedMounting> calibrate_mountings(std::vector<Step>& steps,
     all.push_back({"scanner", "ground", *hanging});
   }
   const auto T_body_lidar = mounting_of(steps, is_level_scan);
-  if (!T_body_lidar) return all;
+  if (!T_body_lidar) return result;
   relate_cameras(steps, all);
   // Cameras move with the scanner: what relates them, walls or the calibration, still holds.
   SE3 T_new_old;
@@ -203,8 +204,9 @@ std::vector<CorrectedMounting> calibrate_mountings(std::vector<Step>& steps,
     // body's poses are the scanner's own then, and stay so.
     const bool stated = !T_body_lidar->translation().head<2>().isZero(0);
     if (stated) move_all(by_turns(error_of(pieces, T_new_old)), "turns");
+    result.left = error_of(pieces, T_new_old).evidence();
   }
-  return all;
+  return result;
 }
 
 }  // namespace lamina::apps

@@ -8,6 +8,7 @@
 #include <lamina/apps/front_end.hpp>
 #include <lamina/frontend/odometry/loop_closer.hpp>
 #include <lamina/frontend/segments/mounting_correction.hpp>
+#include <lamina/frontend/segments/mounting_evidence.hpp>
 
 namespace lamina::apps {
 
@@ -16,6 +17,12 @@ struct CorrectedMounting {
   std::string sensor;   ///< "scanner" or "camera"
   std::string told_by;  ///< what told it
   MountingCorrection correction;
+};
+
+/// What was corrected, and what wheels say of the level scanner's mounting as it is then.
+struct MountingCalibration {
+  std::vector<CorrectedMounting> corrected;
+  MountingEvidence left;
 };
 
 /// Moves the step's sensor, and all that the step holds in the frame of the body with it.
@@ -28,7 +35,7 @@ void remount(Step& step, const MountingCorrection& correction);
 ///   floor by turns (MountingError); cameras move with it.
 /// Corrections that do not stand out from chance are left, and scanners of which there are several.
 /// `planar`: the body stands on a floor.
-std::vector<CorrectedMounting> calibrate_mountings(std::vector<Step>& steps,
-                                                   std::vector<LoopClosure>& loops, bool planar);
+MountingCalibration calibrate_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops,
+                                        bool planar);
 
 }  // namespace lamina::apps

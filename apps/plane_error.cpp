@@ -1,6 +1,7 @@
 // Matching by overlap, then errors at the centroid.
 #include <lamina/apps/plane_error.hpp>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -134,20 +135,27 @@ std::map<std::size_t, std::vector<Eigen::Vector3d>> assigned(
   return result;
 }
 
+// The reference plane in the map's frame, where the covariance stands, seen from the plane's side.
+Plane in_map(const ReferencePlane& reference, const SE3& T_reference_map, const MapPlane& plane) {
+  const Plane truth = T_reference_map.inverse() * reference.plane;
+  return truth.normal().dot(plane.plane_map.normal()) < 0 ? truth.flipped() : truth;
+}
+
 PlaneMatch errors_of(const MapPlane& plane, const SE3& T_reference_map,
-                     const ReferencePlane& reference) {
+                     const SE3& T_reference_datum, const ReferencePlane& reference) {
   PlaneMatch match;
   match.reference_id = reference.id;
   match.map_id = plane.id;
-  // Compared in the map frame, where the covariance stands.
-  Plane truth = T_reference_map.inverse() * reference.plane;
-  if (truth.normal().dot(plane.plane_map.normal()) < 0) truth = truth.flipped();
-  const Eigen::Vector3d d =
-      plane.plane_map.about(plane.centroid_map).boxminus(truth.about(plane.centroid_map));
+  const Plane truth = in_map(reference, T_reference_map, plane);
   match.rho_error_m = std::abs(truth.signed_distance(plane.centroid_map));
   match.angle_error_deg = angle_between(plane.plane_map, truth) / kDegree;
-  const Eigen::Vector3d variances = plane.covariance.diagonal().cwiseMax(1e-18);
-  match.normalized_squared = (d.array().square() / variances.array()).sum();
+  // In the map plane's own basis: the truth's may have jumped.
+  const Eigen::Vector3d d = in_map(reference, T_reference_datum, plane)
+                                .about(plane.centroid_map)
+                                .boxminus(plane.plane_map.about(plane.centroid_map));
+  const Eigen::Matrix3d C =
+      plane.covariance + plane.covariance_mounting + 1e-18 * Eigen::Matrix3d::Identity();
+  match.normalized_squared = d.dot(C.ldlt().solve(d));
   return match;
 }
 
@@ -165,7 +173,8 @@ void summarise(PlaneErrors& errors) {
 
 PlaneErrors plane_errors(const std::vector<MapPlane>& planes,
                          const std::vector<ReferencePlane>& reference, const SE3& T_reference_map,
-                         const PlaneMatchOptions& options) {
+                         const PlaneMatchOptions& options,
+                         const std::optional<SE3>& T_reference_datum) {
   PlaneErrors errors;
   const std::vector<Target> targets(reference.begin(), reference.end());
   const std::vector<std::size_t> wall = walls_of(reference, targets, options);
@@ -198,7 +207,8 @@ PlaneErrors plane_errors(const std::vector<MapPlane>& planes,
       continue;
     }
     const auto best = std::max_element(found->second.begin(), found->second.end());
-    errors.matches.push_back(errors_of(planes[best->second], T_reference_map, reference[j]));
+    errors.matches.push_back(errors_of(planes[best->second], T_reference_map,
+                                       T_reference_datum.value_or(T_reference_map), reference[j]));
     if (found->second.size() > 1) errors.split.push_back(reference[j].id);
   }
   summarise(errors);

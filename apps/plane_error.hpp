@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -21,7 +22,7 @@ struct PlaneMatch {
   std::int64_t reference_id = 0, map_id = 0;
   double rho_error_m = 0;  ///< at the map plane's centroid
   double angle_error_deg = 0;
-  double normalized_squared = 0;  ///< of (tilt, tilt, rho) under the map's own sigmas, 3 dof
+  double normalized_squared = 0;  ///< (tilt, tilt, rho) by the map's own covariance, 3 dof
 };
 
 struct PlaneErrors {
@@ -59,9 +60,12 @@ struct NearOptions {
 std::vector<std::pair<std::int64_t, std::int64_t>> near_pairs(const std::vector<MapPlane>& planes,
                                                               const NearOptions& options = {});
 
-/// `planes` are moved by T_reference_map first.
+/// `planes` are moved by T_reference_map first; to see what their covariances hold, by
+/// T_reference_datum (nullopt: the same), which makes the map's first pose the true one: they are
+/// covariances against that.
 PlaneErrors plane_errors(const std::vector<MapPlane>& planes,
                          const std::vector<ReferencePlane>& reference, const SE3& T_reference_map,
-                         const PlaneMatchOptions& options = {});
+                         const PlaneMatchOptions& options = {},
+                         const std::optional<SE3>& T_reference_datum = {});
 
 }  // namespace lamina::apps

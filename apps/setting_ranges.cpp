@@ -48,6 +48,8 @@ std::optional<SettingRange> range_of(const std::string& key) {
       {"loops.max_window_m", {0.01, 1e4}},
       {"loops.min_score", {0, 1}},
       {"loops.max_ambiguity", {0, 1}},
+      {"mountings.sigma_heading_deg", {0, 90}},
+      {"mountings.sigma_place_m", {0, 100}},
       {"window.keyframes", {2, 1e6}},
       {"window.planes_behind", {0, 1e4}},
       {"window.seconds", {0, 1e9}},

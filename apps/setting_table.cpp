@@ -124,6 +124,10 @@ std::vector<Setting> segment_rows() {
       LAMINA_ROW(
           "mountings.calibrate", calibrate_mountings,
           "offline: ground, travel, turns and shared walls correct how scanner and camera sit"),
+      LAMINA_ROW("mountings.sigma_heading_deg", mounting_sigma_heading_deg,
+                 "1-sigma of stated headings of sensors: in planes' sigmas, nowhere else"),
+      LAMINA_ROW("mountings.sigma_place_m", mounting_sigma_place_m,
+                 "m; 1-sigma of their stated places across the floor, likewise"),
       LAMINA_ROW(
           "wheels.calibrate", calibrate_wheels,
           "offline: a first look by scans tells the wheels' scale; without scans a first map of "

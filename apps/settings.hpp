@@ -50,6 +50,8 @@ struct Settings {
   bool follow_slopes = true;         ///< images tell height and tilt where the ground slopes
   bool images_beside_wheels = true;  ///< offline: depth images tell the motions wheels told, too
   bool calibrate_mountings = true;   ///< offline: what is seen corrects where sensors sit
+  double mounting_sigma_heading_deg = 1.5;  ///< how well stated mountings are known
+  double mounting_sigma_place_m = 0.03;
   LoopCloserOptions loops;
   MapperOptions mapper;
 };

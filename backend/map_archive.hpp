@@ -12,7 +12,8 @@ void fields(A& a, MapFrame& v) {
 }
 template <class A>
 void fields(A& a, MapState& v) {
-  a(v.graph, v.frames, v.left_window, v.outlines, v.partial, v.surfels, v.loose_body);
+  a(v.graph, v.frames, v.left_window, v.outlines, v.partial, v.surfels, v.loose_body,
+    v.mounting_doubt);
 }
 
 }  // namespace lamina

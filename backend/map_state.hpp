@@ -22,6 +22,7 @@ struct MapState {
   std::set<PlaneId> partial;  ///< seen by segments alone
   SurfelEvidence surfels;
   std::map<KeyframeId, std::vector<Eigen::Vector3d>> loose_body;
+  Eigen::Matrix3d mounting_doubt = Eigen::Matrix3d::Zero();  ///< Mapper::doubt_mountings()
 
   /// One line for every broken reference; empty: sound.
   std::vector<std::string> problems() const;
@@ -37,7 +38,8 @@ struct MapOverlap {
 };
 
 /// Adds map b to map a, moved to where it lies; planes of b that are planes of a are merged into
-/// them, all other ids of b are raised to be new. b's datum goes: a's holds both. Stamps stay.
+/// them, all other ids of b are raised to be new. b's datum goes: a's holds both, with its doubt of
+/// mountings. Stamps stay.
 /// Refine afterwards: shared planes tie the two together, and nothing else does.
 void append(MapState& a, const MapState& b, const MapOverlap& overlap);
 

@@ -73,6 +73,10 @@ class Mapper {
   /// until then they carry what the window left them with, or what their own evidence says.
   void know_covariances();
 
+  /// How sure it is where sensors sit on the body: covariance of (x, y, heading; m, rad) of all of
+  /// them together (by_mounting). Planes of map() say it; nothing is estimated by it.
+  void doubt_mountings(const Eigen::Matrix3d& covariance) { mounting_doubt_ = covariance; }
+
   /// Floor evidence of keyframes beyond the window that lie within `radius_m` of an older one hangs
   /// on that one from here on, at the poses of now, and every place of the floor on one keyframe:
   /// what many laps saw takes the room of one. Of keyframes that the last refine() laid out, where
@@ -218,6 +222,7 @@ class Mapper {
   SurfelEvidence surfels_;
   std::vector<KeyframeId> stayed_;  // beyond the window, since retire_again()
   std::map<KeyframeId, std::vector<Eigen::Vector3d>> loose_body_;
+  Eigen::Matrix3d mounting_doubt_ = Eigen::Matrix3d::Zero();
   std::int64_t keyframes_made_ = 0;
   KeyframeId refined_ = KeyframeId::kNone;  // the newest at the last refine()
 };

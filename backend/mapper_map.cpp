@@ -7,6 +7,7 @@
 #include <lamina/backend/covariance.hpp>
 #include <lamina/backend/ground_strokes.hpp>
 #include <lamina/backend/mapper.hpp>
+#include <lamina/backend/mounting_doubt.hpp>
 #include <lamina/backend/outline_sharing.hpp>
 #include <lamina/backend/plane_creases.hpp>
 #include <lamina/backend/plane_parts.hpp>
@@ -55,10 +56,12 @@ Mapper::Mapper(const MapperOptions& options, MapState map) : Mapper(options) {
   partial_ = std::move(map.partial);
   surfels_ = std::move(map.surfels);
   loose_body_ = std::move(map.loose_body);
+  mounting_doubt_ = map.mounting_doubt;
 }
 
 MapState Mapper::state() const {
-  MapState map{graph_, {}, left_window_, outlines_, partial_, surfels_, loose_body_};
+  MapState map{graph_,   {},       left_window_, outlines_,
+               partial_, surfels_, loose_body_,  mounting_doubt_};
   map.frames.reserve(frames_.size());
   frames_.for_each([&map](const MapFrame& frame) { map.frames.push_back(frame); });
   for (const auto& [id, joint] : joint_) {
@@ -223,6 +226,10 @@ PlanarMap Mapper::map() const {
     return crease.count(static_cast<PlaneId>(plane.id)) > 0;
   });
   part_walls(map.planes);
+  for (MapPlane& plane : map.planes) {
+    plane.covariance_mounting = by_mounting(mounting_doubt_, graph_.keyframes.front().T_map_body,
+                                            plane.plane_map, plane.centroid_map);
+  }
   SurfelOptions options;
   options.cell_m = options_.surfel_cell_m;
   options.parent_sigma_m = options_.surfel_parent_sigma_m;

@@ -33,6 +33,34 @@ std::vector<Eigen::Vector3d> points_of(const Json& json) {
   return points;
 }
 
+// (tilt, tilt, rho) to (normal, rho), which know of no basis.
+Eigen::Matrix<double, 4, 3> by_tangent(const Plane& plane) {
+  Eigen::Matrix<double, 4, 3> J = Eigen::Matrix<double, 4, 3>::Zero();
+  J.topLeftCorner<3, 2>() = plane.tangent_basis();
+  J(3, 2) = 1;
+  return J;
+}
+
+Json to_json(const Eigen::Matrix3d& covariance, const Plane& plane) {
+  const Eigen::Matrix<double, 4, 3> J = by_tangent(plane);
+  const Eigen::Matrix4d C = J * covariance * J.transpose();
+  Json upper;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = i; j < 4; ++j) upper.push_back(C(i, j));
+  }
+  return upper;
+}
+
+Eigen::Matrix3d covariance_of(const Json& upper, const Plane& plane) {
+  Eigen::Matrix4d C;
+  std::size_t k = 0;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = i; j < 4; ++j) C(i, j) = C(j, i) = upper.at(k++).get<double>();
+  }
+  const Eigen::Matrix<double, 4, 3> J = by_tangent(plane);
+  return J.transpose() * C * J;
+}
+
 Json to_json(const MapPlane& plane) {
   const PlaneSigmas sigmas = plane_sigmas(plane);
   Json json;
@@ -44,6 +72,8 @@ Json to_json(const MapPlane& plane) {
   json["phi"] = plane.plane_map.phi();
   json["sigma_rho"] = sigmas.rho;
   json["sigma_angle"] = sigmas.angle;
+  json["covariance"] = to_json(plane.covariance, plane.plane_map);
+  json["covariance_mounting"] = to_json(plane.covariance_mounting, plane.plane_map);
   const bool no_ring = plane.ring_map.empty() && !plane.outlines_map.empty();
   json["boundary"] = to_json(no_ring ? plane.outlines_map.front() : plane.ring_map);
   json["area"] = plane.area;
@@ -71,11 +101,14 @@ MapPlane plane_of(const Json& json) {
   plane.id = json.at("id").get<std::int64_t>();
   plane.label = label_of(json.at("label").get<std::string>());
   plane.plane_map = Plane(vector_of(json.at("normal")), json.at("rho").get<double>());
-  const double sigma_rho = json.at("sigma_rho").get<double>();
-  const double sigma_angle = json.at("sigma_angle").get<double>();
-  plane.covariance =
-      Eigen::Vector3d(sigma_angle * sigma_angle, sigma_angle * sigma_angle, sigma_rho * sigma_rho)
-          .asDiagonal();
+  if (json.contains("covariance")) {
+    plane.covariance = covariance_of(json.at("covariance"), plane.plane_map);
+    plane.covariance_mounting = covariance_of(json.at("covariance_mounting"), plane.plane_map);
+  } else {  // older files
+    const double rho = json.at("sigma_rho").get<double>();
+    const double angle = json.at("sigma_angle").get<double>();
+    plane.covariance = Eigen::Vector3d(angle * angle, angle * angle, rho * rho).asDiagonal();
+  }
   plane.ring_map = points_of(json.at("boundary"));
   if (json.contains("parts")) {
     for (const auto& outline : json.at("parts")) plane.outlines_map.push_back(points_of(outline));
@@ -96,11 +129,14 @@ MapPlane plane_of(const Json& json) {
 }  // namespace
 
 PlaneSigmas plane_sigmas(const MapPlane& plane) {
-  const Eigen::Matrix2d tilt = plane.covariance.topLeftCorner<2, 2>();
+  return plane_sigmas(Eigen::Matrix3d(plane.covariance + plane.covariance_mounting));
+}
+
+PlaneSigmas plane_sigmas(const Eigen::Matrix3d& C) {
+  const Eigen::Matrix2d tilt = C.topLeftCorner<2, 2>();
   const double mean = 0.5 * tilt.trace();
   const double spread = std::sqrt(std::max(0.0, mean * mean - tilt.determinant()));
-  return {std::sqrt(std::max(0.0, plane.covariance(2, 2))),
-          std::sqrt(std::max(0.0, mean + spread))};
+  return {std::sqrt(std::max(0.0, C(2, 2))), std::sqrt(std::max(0.0, mean + spread))};
 }
 
 void write_trajectory(const std::filesystem::path& file, const Trajectory& trajectory) {

@@ -18,6 +18,8 @@ struct PlaneSigmas {
   double rho = 0, angle = 0;
 };
 PlaneSigmas plane_sigmas(const MapPlane& plane);
+/// Of (tilt, tilt, rho) alone.
+PlaneSigmas plane_sigmas(const Eigen::Matrix3d& covariance);
 
 /// docs/formats.md: id, label, normal, rho, theta, phi, sigmas at the centroid, boundary (the
 /// largest outline), area, observations, first and last time seen; and, as additions, the centroid,

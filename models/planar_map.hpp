@@ -26,7 +26,10 @@ struct MapPlane {
   Plane plane_map;
   Eigen::Vector3d centroid_map = Eigen::Vector3d::Zero();
   /// Of plane_map.about(centroid_map) in Plane's tangent (tilt, tilt, rho).
+  /// Of measurements, sensors sitting where they are said to.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  /// Added by what is unknown of where sensors sit on the body; all planes move by it as one.
+  Eigen::Matrix3d covariance_mounting = Eigen::Matrix3d::Zero();
   std::vector<std::vector<Eigen::Vector3d>> outlines_map;  ///< closed, on the plane; largest first
   std::vector<Eigen::Vector3d> ring_map;  ///< one round all of them; strips join what lies apart
   double area = 0;                        ///< m^2

@@ -28,6 +28,9 @@ Json plane_json(const MapPlane& plane) {
   const io::PlaneSigmas sigmas = io::plane_sigmas(plane);
   out["sigma_rho"] = sigmas.rho;
   out["sigma_angle"] = sigmas.angle;
+  const io::PlaneSigmas among_others = io::plane_sigmas(plane.covariance);
+  out["own_sigma_rho"] = among_others.rho;
+  out["own_sigma_angle"] = among_others.angle;
   out["area"] = plane.area;
   out["normal"] = rounded(plane.plane_map.normal());
   out["observations"] = plane.observations;

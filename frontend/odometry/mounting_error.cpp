@@ -91,4 +91,20 @@ std::optional<MountingError::Place> MountingError::place() const {
   return Place{found.value.tail<2>(), found.covariance.bottomRightCorner<2, 2>()};
 }
 
+MountingEvidence MountingError::evidence() const {
+  // Points are where the scanner has them, taken back by what it is said to be off by.
+  MountingEvidence result;
+  if (const auto turned = heading()) {
+    result.information(2, 2) = 1 / (turned->sigma * turned->sigma);
+    result.pull(2) = -result.information(2, 2) * turned->value;
+  }
+  if (const auto off = place()) {
+    const Eigen::Matrix2d H = off->covariance.inverse();
+    result.information.topLeftCorner<2, 2>() =
+        H - Eigen::Matrix2d::Identity() / (kPlacePrior * kPlacePrior);
+    result.pull.head<2>() = -H * off->value;
+  }
+  return result;
+}
+
 }  // namespace lamina

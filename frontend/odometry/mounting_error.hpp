@@ -7,6 +7,7 @@
 #include <vector>
 
 #include <lamina/frontend/odometry/paired_motion.hpp>
+#include <lamina/frontend/segments/mounting_evidence.hpp>
 
 namespace lamina {
 
@@ -37,6 +38,8 @@ class MountingError {
   std::optional<Heading> heading() const;
   /// nullopt for fewer than six pieces that turn by 0.3 rad or more.
   std::optional<Place> place() const;
+  /// Both as evidence, the place's prior taken out again, heading and place for themselves.
+  MountingEvidence evidence() const;
 
  private:
   struct Row {

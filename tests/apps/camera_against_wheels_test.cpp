@@ -61,6 +61,20 @@ TEST(CameraAgainstWheels, TellsHeadingAndPlace) {
   EXPECT_LT((found->translation_body - off).norm(), 0.006);
 }
 
+// Left as it is, the error is within what the evidence says.
+TEST(CameraAgainstWheels, EvidenceHoldsTheError) {
+  for (unsigned seed = 0; seed < 2; ++seed) {
+    Drive drive(40 + seed, SE3(SO3::rot_z(1 * kDegree), {0.01, -0.01, 0}));
+    drive.go(800);
+    const MountingEvidence evidence = drive.camera.evidence();
+    const Eigen::Vector3d left = evidence.information.ldlt().solve(evidence.pull);
+    const Eigen::Vector3d off = left - Eigen::Vector3d(0.01, -0.01, 1 * kDegree);
+    EXPECT_LT(off.dot(evidence.information * off), 16.3) << left.transpose();
+    EXPECT_GT(evidence.information(2, 2), 1 / std::pow(0.8 * kDegree, 2));
+  }
+  EXPECT_TRUE(Drive(9, SE3()).camera.evidence().information.isZero(0));
+}
+
 TEST(CameraAgainstWheels, OnAStraightWayThePlaceStays) {
   Drive drive(2, SE3(SO3::rot_z(2 * kDegree), {0.02, -0.015, 0}));
   drive.turning = 0;

@@ -81,7 +81,7 @@ TEST(MountingCalibration, AHeadingTurnsPathLoopsAndScans) {
   std::vector<LoopClosure> loops(1);
   loops[0].T_from_to = D * between * D.inverse();
   const SE3 wrong_end = last_scan(steps);
-  const auto corrected = calibrate_mountings(steps, loops, true);
+  const auto corrected = calibrate_mountings(steps, loops, true).corrected;
   ASSERT_EQ(corrected.size(), 1);
   EXPECT_EQ(corrected[0].sensor, "scanner");
   EXPECT_NEAR(corrected[0].correction.rotation_body.z(), -3 * kDegree, 0.05 * kDegree);
@@ -104,7 +104,7 @@ TEST(MountingCalibration, APlaceToldByTurnsMovesPathLoopsAndScans) {
   const SE3 between = SE3::planar(1, 2, 2);
   std::vector<LoopClosure> loops(1);
   loops[0].T_from_to = D * between * D.inverse();
-  const auto corrected = calibrate_mountings(steps, loops, true);
+  const auto corrected = calibrate_mountings(steps, loops, true).corrected;
   ASSERT_EQ(corrected.size(), 1);
   EXPECT_EQ(corrected[0].told_by, "turns");
   EXPECT_LT((corrected[0].correction.translation_body + error.translation_body).norm(), 0.001);
@@ -115,13 +115,13 @@ TEST(MountingCalibration, APlaceToldByTurnsMovesPathLoopsAndScans) {
   // Nobody said where a scanner sits that is said to sit in the middle.
   std::vector<Step> unstated =
       drive(SE3(), 200, SensorKind::kLidar, 0.1, SE3(SO3(), {0.02, -0.01, 0}));
-  std::vector<CorrectedMounting> of_unstated = calibrate_mountings(unstated, loops, true);
+  std::vector<CorrectedMounting> of_unstated = calibrate_mountings(unstated, loops, true).corrected;
   EXPECT_TRUE(std::none_of(of_unstated.begin(), of_unstated.end(),
                            [](const CorrectedMounting& c) { return c.told_by == "turns"; }));
   // Farther off than mountings err, it is another frame of the body.
   const MountingCorrection far{Eigen::Vector3d::Zero(), {0.2, 0, 0}};
   std::vector<Step> other = drive(far.apply(kMounted), 200, SensorKind::kLidar, 0.1);
-  EXPECT_TRUE(calibrate_mountings(other, loops, true).empty());
+  EXPECT_TRUE(calibrate_mountings(other, loops, true).corrected.empty());
 }
 
 // Five centimetres along both axes are a mounting measured badly.
@@ -129,7 +129,7 @@ TEST(MountingCalibration, APlaceOffByCentimetresAlongBothAxesIsCorrected) {
   const MountingCorrection error{Eigen::Vector3d::Zero(), {0.05, -0.05, 0}};
   std::vector<Step> steps = drive(error.apply(kMounted), 200, SensorKind::kLidar, 0.1);
   std::vector<LoopClosure> loops;
-  ASSERT_EQ(calibrate_mountings(steps, loops, true).size(), 1);
+  ASSERT_EQ(calibrate_mountings(steps, loops, true).corrected.size(), 1);
   EXPECT_LT((steps[4].scan->lidar.T_body_lidar.translation() - kMounted.translation()).norm(),
             0.005);
 }
@@ -138,7 +138,7 @@ TEST(MountingCalibration, WhatIsInOrderStays) {
   std::vector<Step> steps = drive(kMounted, 200);
   std::vector<LoopClosure> loops;
   const SE3 end = last_scan(steps);
-  EXPECT_TRUE(calibrate_mountings(steps, loops, true).empty());
+  EXPECT_TRUE(calibrate_mountings(steps, loops, true).corrected.empty());
   EXPECT_EQ(last_scan(steps).translation(), end.translation());
 }
 
@@ -146,7 +146,7 @@ TEST(MountingCalibration, ACameraThatSeesNoWallsTurnsWithItsScanner) {
   std::vector<LoopClosure> loops;
   const MountingCorrection error{{0, 0, 3 * kDegree}, Eigen::Vector3d::Zero()};
   std::vector<Step> steps = drive(error.apply(kMounted), 200, SensorKind::kDepth);
-  const auto corrected = calibrate_mountings(steps, loops, true);
+  const auto corrected = calibrate_mountings(steps, loops, true).corrected;
   ASSERT_EQ(corrected.size(), 2);
   EXPECT_EQ(corrected[0].sensor, "scanner");
   EXPECT_EQ(corrected[1].sensor, "camera");
@@ -161,7 +161,7 @@ TEST(MountingCalibration, ScannersOfWhichThereAreTwoStay) {
   const MountingCorrection error{{0, 0, 3 * kDegree}, Eigen::Vector3d::Zero()};
   std::vector<Step> steps = drive(error.apply(kMounted), 200);
   steps[100].scan->lidar.T_body_lidar = kMounted;
-  EXPECT_TRUE(calibrate_mountings(steps, loops, true).empty());
+  EXPECT_TRUE(calibrate_mountings(steps, loops, true).corrected.empty());
 }
 
 TEST(MountingCalibration, WhatWheelsAloneToldIsNotTurned) {
@@ -172,7 +172,7 @@ TEST(MountingCalibration, WhatWheelsAloneToldIsNotTurned) {
     steps[i].motion.T_from_to = SE3::planar(0.05, 0, 0.01);
   }
   std::vector<LoopClosure> loops;
-  ASSERT_EQ(calibrate_mountings(steps, loops, true).size(), 1);
+  ASSERT_EQ(calibrate_mountings(steps, loops, true).corrected.size(), 1);
   EXPECT_LT((steps[110].motion.T_from_to.translation() - Eigen::Vector3d(0.05, 0, 0)).norm(), 1e-9);
 }
 
@@ -180,7 +180,7 @@ TEST(MountingCalibration, WithoutAFloorTheWheelsTellNoHeading) {
   std::vector<LoopClosure> loops;
   const MountingCorrection error{{0, 0, 3 * kDegree}, Eigen::Vector3d::Zero()};
   std::vector<Step> steps = drive(error.apply(kMounted), 200);
-  EXPECT_TRUE(calibrate_mountings(steps, loops, false).empty());
+  EXPECT_TRUE(calibrate_mountings(steps, loops, false).corrected.empty());
 }
 
 TEST(MountingCalibration, WhatASensorSawMovesWithIt) {

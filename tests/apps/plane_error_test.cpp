@@ -36,6 +36,31 @@ TEST(PlaneErrors, MeasuresDistanceAndAngleAtTheCentroid) {
   EXPECT_TRUE(errors.missed.empty() && errors.split.empty() && errors.spurious.empty());
 }
 
+// Heading and lean are known differently well: a wall that scans alone saw is no better told in
+// heading for not being told in lean.
+TEST(PlaneErrors, SquaresAreTakenByTheWholeCovariance) {
+  MapPlane wall = map_wall(1, 5, -1, 1, 0.01);
+  const Matrix32d B = wall.plane_map.tangent_basis();
+  const Eigen::Vector3d lean = wall.plane_map.normal().cross(Eigen::Vector3d::UnitZ());
+  const Eigen::Vector2d level = (B.transpose() * lean).normalized();
+  const Eigen::Vector2d upright(-level.y(), level.x());
+  wall.covariance.setIdentity();
+  wall.covariance.topLeftCorner<2, 2>() =
+      0.01 * 0.01 * level * level.transpose() + upright * upright.transpose();
+  const auto errors = plane_errors({wall}, {true_wall(9, 5, -1, 1)}, SE3());
+  ASSERT_EQ(errors.matches.size(), 1u);
+  EXPECT_NEAR(errors.matches[0].normalized_squared, 1, 1e-3);
+}
+
+// Covariances are against the first pose, wherever the path as a whole is laid.
+TEST(PlaneErrors, SquaresAreTakenFromTheFirstPose) {
+  const auto errors = plane_errors({map_wall(1, 5.02, -1, 1)}, {true_wall(9, 5, -1, 1)},
+                                   SE3(SO3(), {-0.02, 0, 0}), {}, SE3());
+  ASSERT_EQ(errors.matches.size(), 1u);
+  EXPECT_NEAR(errors.matches[0].rho_error_m, 0, 1e-12);
+  EXPECT_NEAR(errors.matches[0].normalized_squared, 4, 1e-9);
+}
+
 TEST(PlaneErrors, TellsMissedSplitMergedAndSpurious) {
   const std::vector<ReferencePlane> truth{true_wall(1, 5, -4, -2), true_wall(2, 5, 2, 4),
                                           true_wall(3, 9, -1, 1), true_wall(4, 20, -1, 1)};

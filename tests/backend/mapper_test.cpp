@@ -83,7 +83,14 @@ TEST(Mapper, PlanesCarryTheCovariancesOfTheRefinedGraph) {
   const Covariances exact = covariances(mapper.graph(), request);
   ASSERT_TRUE(exact.valid);
   ASSERT_EQ(map.planes.size(), room.size());
+  mapper.doubt_mountings(1e-4 * Eigen::Matrix3d::Identity());
+  const PlanarMap doubted = Mapper({}, mapper.state()).map();
+  ASSERT_EQ(doubted.planes.size(), map.planes.size());
   for (std::size_t i = 0; i < map.planes.size(); ++i) {
+    EXPECT_TRUE(map.planes[i].covariance_mounting.isZero(0));
+    EXPECT_EQ(doubted.planes[i].covariance, map.planes[i].covariance);
+    const bool upright = std::abs(map.planes[i].plane_map.normal().z()) < 0.5;
+    EXPECT_EQ(doubted.planes[i].covariance_mounting.trace() > 1e-5, upright);
     const Eigen::Matrix2d told = map.planes[i].covariance.topLeftCorner<2, 2>();
     EXPECT_TRUE(told.isApprox(exact.planes[i].topLeftCorner<2, 2>(), 1e-6)) << i;
   }

@@ -58,6 +58,27 @@ TEST_F(MapFiles, PlanesHaveTheKeysOfTheContract) {
   EXPECT_NEAR(plane["phi"].get<double>(), M_PI, 1e-12);
 }
 
+TEST_F(MapFiles, CovariancesComeBackWithThoseOfTheMountings) {
+  MapPlane wall = a_wall();
+  wall.plane_map = Plane({-0.8, 0.55, 0.2}, -2.5);
+  wall.covariance << 4e-6, 1e-6, 2e-6, 1e-6, 9e-6, -3e-6, 2e-6, -3e-6, 1e-4;
+  wall.covariance_mounting(2, 2) = 3e-4;
+  write_planes_json(file_, {wall});
+  const MapPlane back = read_planes_json(file_).at(0);
+  EXPECT_TRUE(back.covariance.isApprox(wall.covariance, 1e-9)) << back.covariance;
+  EXPECT_TRUE(back.covariance_mounting.isApprox(wall.covariance_mounting, 1e-9));
+  EXPECT_NEAR(plane_sigmas(wall).rho, 0.02, 1e-12);
+}
+
+TEST_F(MapFiles, FilesWithoutCovariancesGiveThoseOfTheirSigmas) {
+  write_planes_json(file_, {a_wall()});
+  auto json = nlohmann::json::parse(std::ifstream(file_));
+  json["planes"][0].erase("covariance");
+  std::ofstream(file_) << json;
+  const Eigen::Matrix3d C = read_planes_json(file_).at(0).covariance;
+  EXPECT_TRUE(C.diagonal().isApprox(Eigen::Vector3d(9e-6, 9e-6, 1e-4), 1e-9)) << C;
+}
+
 // Stamps are decimals to the nanosecond: no digits that only the double has.
 TEST_F(MapFiles, StampsHaveNoBinaryNoise) {
   MapPlane early = a_wall(), late = a_wall();

@@ -129,7 +129,7 @@
       out.push('No place was recognised again: drift along the path could not be corrected.');
     }
     if (c.rejected_factors) out.push(`${count(c.rejected_factors, 'constraint')} contradicted the rest and were left out.`);
-    const vague = planes.filter((p) => p.area > 1 && (p.sigma_rho > 0.05 || p.sigma_angle > 0.05)).length;
+    const vague = planes.filter((p) => p.area > 1 && (p.own_sigma_rho > 0.05 || p.own_sigma_angle > 0.05)).length;
     if (vague) out.push(`${count(vague, 'plane')} of more than 1 m\u00b2 are known worse than 5 cm or 3\u00b0.`);
     const open = planes.filter((p) => p.unobserved).length;
     if (open) out.push(`${open} of ${count(planes.length, 'plane')} are not measured in every direction: planes seen by 2D scans alone are taken as upright.`);

@@ -46,6 +46,16 @@ TEST(MountingError, HeadingAndPlaceAreFoundTogether) {
   EXPECT_LT(place->covariance.diagonal().cwiseSqrt().maxCoeff(), 0.003);
 }
 
+// Points are back where they are by what the evidence has, and the prior is not in it twice.
+TEST(MountingError, EvidenceUndoesTheError) {
+  const MountingError error = drive(SE3::planar(0.02, -0.015, 2 * kDegree), 300, 0.5);
+  const MountingEvidence evidence = error.evidence();
+  const Eigen::Vector3d e = evidence.information.ldlt().solve(evidence.pull);
+  EXPECT_LT((e.head<2>() - Eigen::Vector2d(-0.02, 0.015)).norm(), 0.005);
+  EXPECT_NEAR(e.z(), -2 * kDegree, 0.4 * kDegree);
+  EXPECT_TRUE(drive(SE3(), 5, 0.5).evidence().information.isZero(0));
+}
+
 TEST(MountingError, IsNoneWhereThereIsNone) {
   int place_stands_out = 0, heading_stands_out = 0;
   for (unsigned seed = 0; seed < 20; ++seed) {

@@ -1,0 +1,61 @@
+// A prior and evidence, put together.
+#include <lamina/apps/mounting_doubt.hpp>
+
+#include <spdlog/spdlog.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+namespace lamina::apps {
+namespace {
+
+constexpr double kMiddle = 0.001;  // m
+constexpr double kCertain = 1e-6;  // m or rad, in place of none
+
+}  // namespace
+
+MountingDoubt::MountingDoubt(const Settings& settings)
+    : sigma_heading_(std::max(kCertain, settings.mounting_sigma_heading_deg * M_PI / 180)),
+      sigma_place_(std::max(kCertain, settings.mounting_sigma_place_m)) {}
+
+void MountingDoubt::hear(const MountingEvidence& evidence) {
+  evidence_.information += evidence.information;
+  evidence_.pull += evidence.pull;
+}
+
+void MountingDoubt::met(const Step& step, bool wheels) {
+  wheels_ = wheels;
+  const bool level_scanner = step.scan && step.scan_motion;
+  if (level_scanner_ && !level_scanner) return;
+  level_scanner_ = level_scanner;
+  place_body_ = step.observations.T_body_sensor.translation().head<2>();
+}
+
+Eigen::Matrix3d MountingDoubt::covariance() const {
+  const bool middle = place_body_.norm() < kMiddle;
+  const double place = middle ? kCertain : sigma_place_;
+  const double heading = middle && !wheels_ ? kCertain : sigma_heading_;
+  // From e to the error of the sensor's own place: it turns about that.
+  Eigen::Matrix3d to_sensor = Eigen::Matrix3d::Identity();
+  to_sensor.topRightCorner<2, 1>() = Eigen::Vector2d(-place_body_.y(), place_body_.x());
+  const Eigen::Vector3d prior(1 / (place * place), 1 / (place * place), 1 / (heading * heading));
+  const Eigen::LLT<Eigen::Matrix3d> H(
+      Eigen::Matrix3d(to_sensor.transpose() * prior.asDiagonal() * to_sensor) +
+      evidence_.information);
+  const Eigen::Vector3d left = H.solve(evidence_.pull);
+  return Eigen::Matrix3d(H.solve(Eigen::Matrix3d::Identity())) + left * left.transpose();
+}
+
+void MountingDoubt::tell(Mapper& mapper, io::Metrics& metrics) const {
+  const Eigen::Matrix3d C = covariance();
+  mapper.doubt_mountings(C);
+  const double heading_deg = std::sqrt(C(2, 2)) * 180 / M_PI;
+  const double place_cm = 100 * std::sqrt(0.5 * (C(0, 0) + C(1, 1)));
+  spdlog::info("mountings as used: heading to {:.2f} deg, place across the floor to {:.1f} cm",
+               heading_deg, place_cm);
+  metrics.counts["mounting_heading_sigma_deg"] = heading_deg;
+  metrics.counts["mounting_place_sigma_cm"] = place_cm;
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,39 @@
+// What calibration leaves unknown of where sensors sit on the body.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <lamina/apps/front_end.hpp>
+#include <lamina/apps/settings.hpp>
+#include <lamina/backend/mapper.hpp>
+#include <lamina/frontend/segments/mounting_evidence.hpp>
+#include <lamina/io/metrics.hpp>
+
+namespace lamina::apps {
+
+/// Error of the mounting across the floor as steps have it at last: how well it is stated, and what
+/// wheels told of it. A sensor is turned about its own place by a wrong heading. One said to sit in
+/// the very middle (to 1 mm) is one of which nobody said where it sits: its place is certain,
+/// and without wheels its heading, poses being its own.
+class MountingDoubt {
+ public:
+  explicit MountingDoubt(const Settings& settings);
+  /// A step's sensor as it is stated, before corrections: the last level scanner counts, else the
+  /// last sensor.
+  void met(const Step& step, bool wheels);
+  /// Adds what is told of mountings as they are since.
+  void hear(const MountingEvidence& evidence);
+  /// E[e e^T] of e as by_mounting() has it: what evidence says is left and was not corrected (it
+  /// did not stand out from chance) counts as an error.
+  Eigen::Matrix3d covariance() const;
+  /// covariance() to the mapper, in the log and among the counts.
+  void tell(Mapper& mapper, io::Metrics& metrics) const;
+
+ private:
+  double sigma_heading_, sigma_place_;  // 1-sigma of what is stated, rad and m
+  Eigen::Vector2d place_body_ = Eigen::Vector2d::Zero();
+  bool level_scanner_ = false, wheels_ = false;
+  MountingEvidence evidence_;
+};
+
+}  // namespace lamina::apps
