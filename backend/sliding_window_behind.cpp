@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace lamina {
 
@@ -40,7 +41,8 @@ void SlidingWindow::leave_behind(const EliminationOrder& order, const SquareRoot
     if (!behind_.back().frozen) behind_.back().first = behind_.back().now;
     row += 3;
   }
-  states_behind_.eliminate(old > 0 ? prior_step() : Eigen::VectorXd(), gain, *left.eliminated);
+  states_behind_.eliminate(old > 0 ? prior_step() : Eigen::VectorXd(), std::move(gain),
+                           *left.eliminated);
   while (behind_.size() > static_cast<std::size_t>(options_.planes_behind)) {
     const auto longest = std::min_element(
         behind_.begin(), behind_.end(),

@@ -1,3 +1,4 @@
+// Gaussian conditionals: substitution, conditioning, forgetting.
 #include <lamina/backend/states_behind.hpp>
 
 #include <Eigen/Cholesky>
@@ -14,7 +15,7 @@ Eigen::MatrixXd StatesBehind::covariance() const {
   return covariance_.topLeftCorner(size(), size()).selfadjointView<Eigen::Lower>();
 }
 
-void StatesBehind::eliminate(const Eigen::VectorXd& step, const Eigen::MatrixXd& gain,
+void StatesBehind::eliminate(const Eigen::VectorXd& step, Eigen::MatrixXd gain,
                              const Conditional& eliminated) {
   const Eigen::Index gone = eliminated.offset.size(), kept = gain.cols() - gone;
   const Eigen::Index old = size(), rows = gain.rows();

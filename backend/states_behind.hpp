@@ -31,8 +31,7 @@ class StatesBehind {
   /// States leave the interface. `step`: how far the interface has moved since the last change;
   /// steps count from there again. `gain`: of x and then of the states that come to it, over the
   /// columns of the elimination, eliminated ones first (rows of newcomers select their own).
-  void eliminate(const Eigen::VectorXd& step, const Eigen::MatrixXd& gain,
-                 const Conditional& eliminated);
+  void eliminate(const Eigen::VectorXd& step, Eigen::MatrixXd gain, const Conditional& eliminated);
   /// Forgets the block from `row` on; the last block takes its rows. Exact: the others'
   /// distribution stays.
   void drop(Eigen::Index row);

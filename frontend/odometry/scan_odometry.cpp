@@ -21,7 +21,7 @@ constexpr double kStands = 1e-3;  // m
 // that it was taken elsewhere than where it and the wheels agree on, `both`?
 bool tells_otherwise(const LineMatch& alone, const LineMatch& both,
                      const std::vector<OrientedPoint>& points, const PlanarPose& by_wheels) {
-  constexpr double kClear = 4;      // sigmas squared
+  constexpr double kClear = 9;      // sigmas squared
   constexpr double kAsMuch = 0.02;  // of the scan
   constexpr double kFacing = 0.7;   // cosine
   constexpr double kPerson = 1;     // m
