@@ -38,9 +38,11 @@ SE3 levelled_pose(const Plane& floor_body) {
 namespace {
 
 // Images contradict wheels that slip; beside them scans gain nothing by a kernel over the wheels.
+// Nor by themselves: a ramp's ground, which goes ahead of the robot, would be believed over wheels.
 ScanOdometryOptions scan_odometry_of(const Settings& settings, const Calibration& calibration) {
   ScanOdometryOptions options = settings.scan_odometry;
-  options.robust_wheels = !calibration.depth_camera && !calibration.stereo_camera;
+  options.robust_wheels = options.doubt_wheels =
+      !calibration.depth_camera && !calibration.stereo_camera;
   return options;
 }
 

@@ -36,6 +36,8 @@ struct ScanOdometryOptions {
   double least_leap = 0.03, most_acceleration = 5, steady = 0.33;
   /// Wheels' word counts for less the more sigmas scans contradict it by (PlanarPrior::robust).
   bool robust_wheels = true;
+  /// Scans are asked by themselves where wheels seem to slip (WheelDoubt).
+  bool doubt_wheels = true;
   double search_translation = 0.5;  ///< m, least window of that search
   double search_rotation = 0.35;    ///< rad, likewise
   double search_resolution = 0.05;  ///< m a cell
