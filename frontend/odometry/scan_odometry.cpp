@@ -65,8 +65,8 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   last_stamp_ = scan.stamp;
   last_interval_ = dt;
   LineMatch match = align(prediction, wheels.has_value(), regular ? dt : 0, motion);
-  compare(wheels, match, match.matched < options_.lost_matched);
-  if (options_.doubt_wheels && doubt_.slips()) {
+  if (options_.doubt_wheels) compare(wheels, match, match.matched < options_.lost_matched);
+  if (doubt_.slips()) {
     const LineMatch alone =
         match_lines(map_, points_, T_local_body_ * velocity_, {}, options_.match);
     if (tells_otherwise(alone, match, points_, planar_part(wheels->T_prev_curr_body))) {

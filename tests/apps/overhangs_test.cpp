@@ -6,14 +6,12 @@
 
 #include <lamina/apps/overhangs.hpp>
 #include <lamina/apps/sight_votes.hpp>
-#include <lamina/frontend/obstacles/depth_looker.hpp>
+
+#include "box_hall.hpp"
 
 namespace lamina::apps {
 namespace {
 
-struct Box {
-  Eigen::Vector3d low, high;
-};
 const Box kTop{{1.8, -0.5, 0.68}, {2.6, 0.5, 0.72}};  // of a table
 const Box kBar{{1.8, -0.5, 0.68}, {1.84, 0.5, 0.72}};
 const Box kWall{{1.8, -0.8, 0}, {1.9, 0.8, 2}};
@@ -29,42 +27,13 @@ struct Drive {
   Drive() {
     for (int j = -10; j < 10; ++j) rim.push_back({{36, j}, 0, 0.7, 0.72});
   }
-  static double depth(const Eigen::Vector3d& from, const Eigen::Vector3d& ray, const Box& box) {
-    double t = (5 - from.x()) / ray.x();
-    if (ray.z() < 0) t = std::min(t, -from.z() / ray.z());
-    const Eigen::Array3d a = (box.low - from).array() / ray.array(),
-                         b = (box.high - from).array() / ray.array();
-    Eigen::Index face = 0;
-    const double in = a.min(b).maxCoeff(&face), out = a.max(b).minCoeff();
-    if (!(in > 0 && in < out && in < t)) return t;
-    return face == 2 ? 0 : in;
-  }
   void see(int images, const Box& box, double x) {
-    DepthFrame frame;
-    CameraModel& camera = frame.camera.camera;
-    camera.width = 160;
-    camera.height = 120;
-    camera.fx = camera.fy = 133.3;
-    camera.cx = 79.5;
-    camera.cy = 59.5;
-    Eigen::Matrix3d R;
-    R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-    camera.T_body_camera =
-        SE3(SO3::exp({0, 0.2, 0}) * SO3(Eigen::Quaterniond(R)), Eigen::Vector3d(0, 0, 0.6));
-    frame.camera.noise = DepthNoise::kinect(133.3);
-    for (int v = 0; v < 120; ++v) {
-      for (int u = 0; u < 160; ++u) {
-        const Eigen::Vector3d ray =
-            camera.T_body_camera.so3() * Eigen::Vector3d((u - 79.5) / 133.3, (v - 59.5) / 133.3, 1);
-        const double z = depth(Eigen::Vector3d(x, 0, 0.6), ray, box);
-        frame.raw.push_back(static_cast<std::uint16_t>(std::lround(z * 1000)));
-      }
-    }
+    const DepthFrame frame = BoxHall{{box}, true}.image(x, 0.2);
     const DepthLook look = depth_look(frame);
     for (int i = 0; i < images; ++i) {
       const auto stamp =
           Timestamp::from_nanoseconds(static_cast<std::int64_t>(path.size()) * 250'000'000);
-      votes.add(stamp, look, camera.T_body_camera);
+      votes.add(stamp, look, frame.camera.camera.T_body_camera);
       path.add(stamp, SE3::from_translation({x, 0, 0}));
     }
     if (x < 1.8) scan(box);

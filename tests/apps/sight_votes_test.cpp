@@ -7,14 +7,12 @@
 
 #include <lamina/apps/scan_sight.hpp>
 #include <lamina/apps/sight_votes.hpp>
-#include <lamina/frontend/obstacles/depth_looker.hpp>
+
+#include "box_hall.hpp"
 
 namespace lamina::apps {
 namespace {
 
-struct Box {
-  Eigen::Vector3d low, high;
-};
 const Box kPerson{{1.8, -0.2, 0}, {2.0, 0.2, 1.7}};
 const Box kTop{{1.8, -0.5, 0.68}, {2.6, 0.5, 0.72}};  // of a table
 
@@ -25,44 +23,13 @@ struct Drive {
   double pitch = 0.2;
   int k = 0;
 
-  static double depth(const Eigen::Vector3d& from, const Eigen::Vector3d& ray,
-                      const std::vector<Box>& boxes) {
-    double t = (5 - from.x()) / ray.x();
-    if (ray.z() < 0) t = std::min(t, -from.z() / ray.z());
-    for (const Box& box : boxes) {
-      const Eigen::Array3d a = (box.low - from).array() / ray.array(),
-                           b = (box.high - from).array() / ray.array();
-      const double in = a.min(b).maxCoeff(), out = a.max(b).minCoeff();
-      if (in > 0 && in < out) t = std::min(t, in);
-    }
-    return t;
-  }
   // Four images a second from `x`; the path says that it was `off` m further on.
   void see(int images, const std::vector<Box>& boxes, double x = 0, double off = 0) {
-    DepthFrame frame;
-    CameraModel& camera = frame.camera.camera;
-    camera.width = 160;
-    camera.height = 120;
-    camera.fx = camera.fy = 133.3;
-    camera.cx = 79.5;
-    camera.cy = 59.5;
-    Eigen::Matrix3d R;
-    R << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-    camera.T_body_camera =
-        SE3(SO3::exp({0, pitch, 0}) * SO3(Eigen::Quaterniond(R)), Eigen::Vector3d(0, 0, 0.6));
-    frame.camera.noise = DepthNoise::kinect(133.3);
-    for (int v = 0; v < 120; ++v) {
-      for (int u = 0; u < 160; ++u) {
-        const Eigen::Vector3d ray =
-            camera.T_body_camera.so3() * Eigen::Vector3d((u - 79.5) / 133.3, (v - 59.5) / 133.3, 1);
-        const double z = depth(Eigen::Vector3d(x, 0, 0.6), ray, boxes);
-        frame.raw.push_back(static_cast<std::uint16_t>(std::lround(z * 1000)));
-      }
-    }
+    const DepthFrame frame = BoxHall{boxes}.image(x, pitch);
     const DepthLook look = depth_look(frame);
     for (int i = 0; i < images; ++i) {
       const auto stamp = Timestamp::from_nanoseconds(std::int64_t{k++} * 250'000'000);
-      votes.add(stamp, look, camera.T_body_camera);
+      votes.add(stamp, look, frame.camera.camera.T_body_camera);
       map.trajectory.add(stamp, SE3::from_translation({x + off, 0, 0}));
     }
   }
