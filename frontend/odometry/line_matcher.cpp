@@ -8,15 +8,17 @@
 
 namespace lamina {
 
-PointMap::PointMap(std::vector<OrientedPoint> points, double cell) : cell_(cell) {
+PointMap::PointMap(std::vector<OrientedPoint> points) {
   if (points.empty()) return;
   Eigen::Vector2d low = points.front().point, high = low;
   for (const OrientedPoint& p : points) {
     low = low.cwiseMin(p.point);
     high = high.cwiseMax(p.point);
   }
-  // At most 2^22 cells however far apart the points are.
-  while ((high - low).prod() / (cell_ * cell_) > 4e6) cell_ *= 2;
+  // Cells cost time and memory, too: few of them beside points, however far apart these are.
+  constexpr double kCellsPerPoint = 8;
+  const double most = kCellsPerPoint * static_cast<double>(points.size());
+  while (((high - low) / cell_ + Eigen::Vector2d::Ones()).prod() > most) cell_ *= 1.5;
   origin_ = low;
   width_ = static_cast<int>((high.x() - low.x()) / cell_) + 1;
   height_ = static_cast<int>((high.y() - low.y()) / cell_) + 1;
@@ -34,7 +36,7 @@ PointMap::PointMap(std::vector<OrientedPoint> points, double cell) : cell_(cell)
 }
 
 const OrientedPoint* PointMap::nearest(const Eigen::Vector2d& p, const Eigen::Vector2d& normal,
-                                       double radius) const {
+                                       double radius, const OrientedPoint* guess) const {
   if (points_.empty()) return nullptr;
   const double fx = (p.x() - origin_.x()) / cell_, fy = (p.y() - origin_.y()) / cell_;
   const double reach = radius / cell_;
@@ -42,37 +44,44 @@ const OrientedPoint* PointMap::nearest(const Eigen::Vector2d& p, const Eigen::Ve
         fy < height_ + reach + 1)) {
     return nullptr;
   }
-  const int y0 = std::max(0, static_cast<int>(std::floor(fy - reach)));
-  const int y1 = std::min(height_ - 1, static_cast<int>(std::floor(fy + reach)));
   const OrientedPoint* best = nullptr;
   double best_square = radius * radius;
   const bool any = normal.x() == 0 && normal.y() == 0;
-  // Rows of cells outwards from the point's own, each no wider than what could still be nearer.
-  const auto look = [&](int y) {
-    constexpr double kSlack = 1e-9;  // cells: rounding must not hide a point
-    const double best_cells = best_square / (cell_ * cell_);
-    const double off = std::max({0.0, y - fy, fy - (y + 1)}) - kSlack;
-    if (off > 0 && off * off > best_cells) return;
-    const double half = std::sqrt(best_cells) + kSlack;
-    const int x0 = std::max(0, static_cast<int>(std::floor(fx - half)));
-    const int x1 = std::min(width_ - 1, static_cast<int>(std::floor(fx + half)));
+  const auto take = [&](const OrientedPoint& q) {
+    const double square = (q.point - p).squaredNorm();
+    const bool nearer = square < best_square || (square == best_square && best && &q < best);
+    if (!nearer || !(any || q.normal.dot(normal) > 0.7)) return;
+    best_square = square;
+    best = &q;
+  };
+  if (guess) take(*guess);
+  // The cells of row y from x0 to x1.
+  const auto look = [&](int y, int x0, int x1) {
+    x0 = std::max(0, x0);
+    x1 = std::min(width_ - 1, x1);
     if (x0 > x1) return;
     const std::size_t row = static_cast<std::size_t>(y * width_);
     const int begin = first_[row + static_cast<std::size_t>(x0)];
     const int end = first_[row + static_cast<std::size_t>(x1) + 1];
-    for (int i = begin; i < end; ++i) {
-      const OrientedPoint& q = points_[static_cast<std::size_t>(i)];
-      const double square = (q.point - p).squaredNorm();
-      const bool nearer = square < best_square || (square == best_square && best && &q < best);
-      if (!nearer || !(any || q.normal.dot(normal) > 0.7)) continue;
-      best_square = square;
-      best = &q;
-    }
+    for (int i = begin; i < end; ++i) take(points_[static_cast<std::size_t>(i)]);
   };
-  const int middle = std::clamp(static_cast<int>(std::floor(fy)), y0, std::max(y0, y1));
-  for (int k = 0; middle - k >= y0 || middle + k <= y1; ++k) {
-    if (middle - k >= y0 && middle - k <= y1) look(middle - k);
-    if (k > 0 && middle + k <= y1) look(middle + k);
+  const int column = static_cast<int>(std::floor(fx)), own = static_cast<int>(std::floor(fy));
+  if (!best && own >= 0 && own < height_) look(own, column, column);
+  // Rows of cells outwards from the point's own, each no wider than what could still be nearer.
+  const auto look_row = [&](int y) {
+    constexpr double kSlack = 1e-9;  // cells squared: rounding must not hide a point
+    const double off = std::max({0.0, y - fy, fy - (y + 1)});
+    const double left = best_square / (cell_ * cell_) - off * off + kSlack;
+    if (left < 0) return false;
+    const double half = std::sqrt(left);
+    look(y, static_cast<int>(std::floor(fx - half)), static_cast<int>(std::floor(fx + half)));
+    return true;
+  };
+  const int middle = std::clamp(own, 0, height_ - 1);
+  bool above = true, below = true;
+  for (int k = 0; above || below; ++k) {
+    below = below && middle - k >= 0 && look_row(middle - k);
+    above = above && middle + k < height_ && (k == 0 || look_row(middle + k));
   }
   return best;
 }
@@ -86,19 +95,25 @@ struct System {
   int inliers = 0, oriented = 0;
 };
 
-/// Sums over correspondences within `radius`; `scale` widens the robust kernel at first.
+/// Sums over correspondences within `radius`; `scale` widens the robust kernel at first. `pairs`:
+/// what each scan point met last (null: nothing), and meets now.
 System linearise(const PointMap& map, const std::vector<OrientedPoint>& scan, std::size_t stride,
-                 const PlanarPose& T, double radius, double scale, double inlier_sigmas) {
+                 const PlanarPose& T, double radius, double scale, double inlier_sigmas,
+                 std::vector<const OrientedPoint*>& pairs) {
   System s;
   const Eigen::Matrix2d R = T.rotation();
   const Eigen::Vector2d t = T.translation();
+  const OrientedPoint* neighbour = nullptr;
   for (std::size_t i = 0; i < scan.size(); i += stride) {
     const OrientedPoint& p = scan[i];
     if (!p.oriented()) continue;
     ++s.oriented;
     const Eigen::Vector2d normal = R * p.normal;
-    const OrientedPoint* q = map.nearest(R * p.point + t, normal, radius);
+    const OrientedPoint* guess = pairs[i] ? pairs[i] : neighbour;
+    const OrientedPoint* q = map.nearest(R * p.point + t, normal, radius, guess);
+    pairs[i] = q;
     if (!q) continue;
+    neighbour = q;
     const Eigen::Vector2d n_scan = R.transpose() * q->normal;
     const double e = q->normal.dot(R * p.point + t - q->point);
     const double variance = p.sigma * p.sigma + q->sigma * q->sigma;
@@ -185,13 +200,14 @@ LineMatch match_lines(const PointMap& map, const std::vector<OrientedPoint>& sca
   const LineMatchOptions options = stated.for_noise(largest_sigma(scan));
   const double lever = typical_lever(scan);
   double radius = options.start_radius;
+  std::vector<const OrientedPoint*> pairs(scan.size(), nullptr);
   System s;
   for (int i = 0; i < options.max_iterations; ++i) {
     match.iterations = i + 1;
     const double scale = std::max(1.0, radius / options.end_radius);
     // A third of the points finds the way; all of them measure.
     const std::size_t stride = radius > 2 * options.end_radius && scan.size() > 150 ? 3 : 1;
-    s = linearise(map, scan, stride, match.T_map_scan, radius, scale, options.inlier_sigmas);
+    s = linearise(map, scan, stride, match.T_map_scan, radius, scale, options.inlier_sigmas, pairs);
     // Directions the scan does not hold stay where they are, or where the prior wants them.
     match.information = s.H / options.samples_per_fact;
     Eigen::Vector3d b = s.b / options.samples_per_fact;

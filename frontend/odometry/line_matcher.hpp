@@ -12,28 +12,31 @@ namespace lamina {
 /// Oriented points in square cells, for nearest-neighbour search. Immutable once built.
 class PointMap {
  public:
-  /// `cell` is about the search radius used most (m).
-  explicit PointMap(std::vector<OrientedPoint> points, double cell = 0.3);
+  explicit PointMap(std::vector<OrientedPoint> points);
   PointMap() = default;
 
   const std::vector<OrientedPoint>& points() const { return points_; }
   bool empty() const { return points_.empty(); }
   /// Nearest point within `radius` whose normal agrees with `normal` (cosine at least 0.7; either
-  /// may be unknown when `normal` is zero). Null when there is none. Ties: the first.
+  /// may be unknown when `normal` is zero). Null when there is none. Ties: the first. `guess`, a
+  /// point of this map that may be near, saves work and changes nothing.
   const OrientedPoint* nearest(const Eigen::Vector2d& p, const Eigen::Vector2d& normal,
-                               double radius) const;
+                               double radius, const OrientedPoint* guess = nullptr) const;
 
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
   friend void fields(A& a, PointMap& v) {
-    a(v.points_, v.first_, v.origin_, v.cell_, v.width_, v.height_);
+    a(v.points_);
+    if constexpr (A::kReading) v = PointMap(std::move(v.points_));  // in the same order
   }
 
  private:
+  static constexpr double kLeastCell = 0.05;  // m: the nearest is mostly nearer than that
+
   std::vector<OrientedPoint> points_;  ///< sorted by cell
   std::vector<int> first_;             ///< per cell, row-major; one more at the end
   Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();
-  double cell_ = 0.3;
+  double cell_ = kLeastCell;  ///< m
   int width_ = 0, height_ = 0;
 };
 

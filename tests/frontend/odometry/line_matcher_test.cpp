@@ -16,7 +16,7 @@ TEST(PointMap, NearestIsTheNearestByBruteForce) {
     p.point = {u(rng), u(rng)};
     p.normal = Eigen::Vector2d(u(rng), u(rng)).normalized();
   }
-  const PointMap map(points, 0.3);
+  const PointMap map(points);
   for (int k = 0; k < 300; ++k) {
     const Eigen::Vector2d q(1.3 * u(rng), 1.3 * u(rng));
     const Eigen::Vector2d n = Eigen::Vector2d(u(rng), u(rng)).normalized();
@@ -30,10 +30,21 @@ TEST(PointMap, NearestIsTheNearestByBruteForce) {
     }
     const OrientedPoint* found = map.nearest(q, n, radius);
     ASSERT_EQ(found != nullptr, any);
+    // Whatever is guessed.
+    EXPECT_EQ(map.nearest(q, n, radius, &map.points()[static_cast<std::size_t>(k)]), found);
+    EXPECT_EQ(map.nearest(q, n, radius, found), found);
     if (found) {
       EXPECT_DOUBLE_EQ((found->point - q).norm(), best);
     }
   }
+}
+
+TEST(PointMap, OfPointsAtOnePlaceTheFirstIsNearest) {
+  std::vector<OrientedPoint> points(50, {{0.2, 0.1}, {1, 0}, 0.01});
+  points.push_back({{3, 4}, {1, 0}, 0.01});
+  const PointMap map(points);
+  EXPECT_EQ(map.nearest({0.3, 0.1}, {1, 0}, 1), map.points().data());
+  EXPECT_EQ(map.nearest({0.3, 0.1}, {1, 0}, 1, &map.points()[20]), map.points().data());
 }
 
 TEST(PointMap, EmptyAndFarAwayFindNothing) {
