@@ -42,8 +42,8 @@ struct PlaneEvidence {
   Eigen::Vector3d scan_normal_body = Eigen::Vector3d::UnitZ();  ///< partial: normal of the scan
   LabelVotes votes;
 
-  /// Adds another view of the same plane in the same frame. Views of one place share their noise
-  /// floor, so it does not average: the smaller one stays.
+  /// Adds another view of the same plane in the same frame by the same kind of sensor. Views of one
+  /// place share their noise floor, so it does not average: the smaller one stays.
   void join(const PlaneEvidence& other);
 };
 

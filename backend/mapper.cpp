@@ -213,12 +213,19 @@ Moments Mapper::factor_moments(const PlaneEvidence& e) const {
   return Moments(weight, m.mean(), scatter, m.count());
 }
 
+Moments Mapper::factor_moments(const PlaneViews& views) const {
+  Moments m;
+  if (views.full()) m.merge(factor_moments(*views.full()));
+  if (views.lines()) m.merge(factor_moments(*views.lines()));
+  return m;
+}
+
 void Mapper::add_to_plane(PlaneId id, const PlaneEvidence& evidence, Timestamp stamp) {
   ensure_in_window(id, evidence);
   PlaneLandmark& plane = graph_.at(id);
   auto known = gathered_.find(id);
   if (known == gathered_.end()) {
-    known = gathered_.emplace(id, evidence).first;
+    known = gathered_.emplace(id, PlaneViews(evidence)).first;
     graph_.plane_moments.push_back({keyframe_, id, {}, ExtrinsicsId::kNone, 1.0});
     // One outline a keyframe: more of the same view adds nothing.
     std::vector<Eigen::Vector3d> points;
@@ -235,7 +242,7 @@ void Mapper::add_to_plane(PlaneId id, const PlaneEvidence& evidence, Timestamp s
       [&](const PlaneMomentsFactor& f) { return f.keyframe == keyframe_ && f.plane == id; });
   if (factor == graph_.plane_moments.rend()) {
     // A refinement since gave what the keyframe had seen to another plane: begun anew.
-    known->second = evidence;
+    known->second = PlaneViews(evidence);
     graph_.plane_moments.push_back({keyframe_, id, {}, ExtrinsicsId::kNone, 1.0});
     factor = graph_.plane_moments.rbegin();
   }
@@ -332,8 +339,9 @@ std::size_t Mapper::hold_fallen() {
   constexpr double kFallen = 0.5;      // sine of what a wall may lean on the scan: 30 degrees
   constexpr double kSigmaShare = 0.2;  // of the prior's
   std::size_t held = 0;
-  for (const auto& [id, evidence] : gathered_) {
-    if (!partial_.count(id) || !evidence.partial || !window_.contains(id)) continue;
+  for (const auto& [id, views] : gathered_) {
+    if (!partial_.count(id) || !views.partial() || !window_.contains(id)) continue;
+    const PlaneEvidence& evidence = views.best();
     const Eigen::Vector3d scan = window_.pose(keyframe_).so3() * evidence.scan_normal_body;
     const Plane now = window_.plane_anchor(id);
     const double lean = now.normal().dot(scan);

@@ -123,7 +123,7 @@ class Mapper {
     PlaneLandmark landmark;
     double tilt_sigma = 0;          // rad, of the prior on its tilt
     std::set<std::int64_t> tracks;  // of the front-end
-    std::map<KeyframeId, PlaneEvidence> evidence;
+    std::map<KeyframeId, PlaneViews> evidence;
     KeyframeId last = KeyframeId::kNone;
   };
   // Which plane the front-end's track is of.
@@ -172,6 +172,7 @@ class Mapper {
   std::optional<PlaneId> promote(Tentative& tentative);
   void ensure_in_window(PlaneId id, const PlaneEvidence& evidence);
   Moments factor_moments(const PlaneEvidence& evidence) const;
+  Moments factor_moments(const PlaneViews& views) const;
   std::vector<std::pair<PlaneId, PlaneId>> merge_coplanar();
   using PlanePairs = std::set<std::pair<PlaneId, PlaneId>>;
   RefineResult settle_planes(RefineResult result, const RefineOptions& options,
@@ -210,7 +211,7 @@ class Mapper {
   Matrix6d keyframe_covariance_ = Matrix6d::Identity();
   // What the present keyframe saw of planes, its body frame, undiscounted: the noise floor counts
   // once however many frames join.
-  std::map<PlaneId, PlaneEvidence> gathered_;
+  std::map<PlaneId, PlaneViews> gathered_;
   std::map<PlaneId, Eigen::Matrix<double, 9, 9>> joint_;  // with the present keyframe's pose
   std::vector<Tentative> tentatives_;
   std::map<std::int64_t, TrackLink> tracks_;

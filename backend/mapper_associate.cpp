@@ -123,10 +123,10 @@ namespace {
 
 // Whether an observation comes within `reach` to two of anything that was seen of a plane in the
 // making. Strokes may be further away from strokes.
-bool touches(const std::map<KeyframeId, PlaneEvidence>& seen, const PlaneEvidence& evidence,
+bool touches(const std::map<KeyframeId, PlaneViews>& seen, const PlaneEvidence& evidence,
              const SE3& T_map_body, const Graph& graph, double reach) {
   const bool strokes =
-      std::all_of(seen.begin(), seen.end(), [](const auto& one) { return one.second.partial; });
+      std::all_of(seen.begin(), seen.end(), [](const auto& one) { return one.second.partial(); });
   if (evidence.partial && strokes) return true;
   PlaneIndex places(reach);
   std::vector<Eigen::Vector3d> points;
@@ -138,7 +138,7 @@ bool touches(const std::map<KeyframeId, PlaneEvidence>& seen, const PlaneEvidenc
     const Keyframe* keyframe = graph.find(id);
     if (!keyframe) continue;
     std::vector<Eigen::Vector3d> there;
-    for (const auto& p : sample_outline(one.outline_body, reach)) {
+    for (const auto& p : sample_outline(one.best().outline_body, reach)) {
       there.push_back(keyframe->T_map_body * p);
     }
     if (!places.near(there).empty()) return true;

@@ -85,7 +85,7 @@ bool loops_can_go(const Graph& graph, const Keyframe& keyframe, double angle) {
 
 bool Mapper::recognise() {
   std::vector<RecognitionPlane> fresh, old;
-  for (const auto& [id, evidence] : gathered_) {
+  for (const auto& [id, views] : gathered_) {
     const auto joint = joint_.find(id);
     const PlaneLandmark& plane = graph_.at(id);
     if (joint == joint_.end() || !plane.active) continue;

@@ -63,7 +63,7 @@ void Mapper::add_to_tentative(std::size_t index, const PlaneEvidence& evidence, 
   Tentative& t = tentatives_[index];
   const auto known = t.evidence.find(keyframe_);
   if (known == t.evidence.end()) {
-    t.evidence.emplace(keyframe_, evidence);
+    t.evidence.emplace(keyframe_, PlaneViews(evidence));
   } else {
     known->second.join(evidence);
   }
@@ -83,13 +83,13 @@ void Mapper::refit(Tentative& t) const {
   Moments merged;
   Eigen::Vector3d towards = Eigen::Vector3d::Zero(), scan_normal = Eigen::Vector3d::Zero();
   bool partial = true;
-  for (const auto& [id, evidence] : t.evidence) {
+  for (const auto& [id, views] : t.evidence) {
     const Keyframe* keyframe = graph_.find(id);
     if (keyframe == nullptr) continue;
-    merged.merge(factor_moments(evidence).transformed(keyframe->T_map_body));
-    towards += keyframe->T_map_body.so3() * evidence.plane_body.normal();
-    scan_normal = keyframe->T_map_body.so3() * evidence.scan_normal_body;
-    partial = partial && evidence.partial;
+    merged.merge(factor_moments(views).transformed(keyframe->T_map_body));
+    towards += keyframe->T_map_body.so3() * views.best().plane_body.normal();
+    scan_normal = keyframe->T_map_body.so3() * views.best().scan_normal_body;
+    partial = partial && views.partial();
   }
   if (merged.empty() || !merged.mean().allFinite()) {
     t.evidence.clear();
@@ -126,20 +126,20 @@ std::optional<PlaneId> Mapper::promote(Tentative& t) {
   PlaneLandmark& plane = graph_.at(id);
   window_.add_plane(id, plane.plane_anchor, plane.anchor_map);
   bool partial = true;
-  for (const auto& [keyframe, evidence] : t.evidence) {
+  for (const auto& [keyframe, views] : t.evidence) {
     const Keyframe* from = graph_.find(keyframe);
     if (from == nullptr) continue;
-    partial = partial && evidence.partial;
-    const PlaneMomentsFactor factor{keyframe, id, factor_moments(evidence), ExtrinsicsId::kNone,
-                                    1.0};
+    partial = partial && views.partial();
+    const PlaneMomentsFactor factor{keyframe, id, factor_moments(views), ExtrinsicsId::kNone, 1.0};
     graph_.plane_moments.push_back(factor);
     window_.add(factor);
     std::vector<Eigen::Vector3d> points;
-    for (const auto& p : evidence.outline_body) points.push_back(from->T_map_body * p);
+    const auto& outline_body = views.best().outline_body;
+    for (const auto& p : outline_body) points.push_back(from->T_map_body * p);
     grow_outline(plane, points);
-    outlines_[id].push_back({keyframe, evidence.outline_body});
+    outlines_[id].push_back({keyframe, outline_body});
     index_.insert_outline(id, points);
-    if (keyframe == keyframe_) gathered_.emplace(id, evidence);
+    if (keyframe == keyframe_) gathered_.emplace(id, views);
   }
   for (const std::int64_t track : t.tracks) link_track(track, id);
   const bool open = t.tilt_sigma > options_.prior_tilt_deg * kDegree;
@@ -258,14 +258,14 @@ void Mapper::absorb(PlaneId from, PlaneId into) {
   outlines_.erase(from);
   const auto gathered = gathered_.find(from);
   if (gathered != gathered_.end()) {
-    const PlaneEvidence evidence = gathered->second;
+    const PlaneViews views = gathered->second;
     gathered_.erase(gathered);
     const auto there = gathered_.find(into);
     if (there == gathered_.end()) {
-      gathered_.emplace(into, evidence);
+      gathered_.emplace(into, views);
     } else {
       // The graph has a factor of each now: one goes, the other takes both.
-      there->second.join(evidence);
+      there->second.join(views);
       const auto same = [&](const PlaneMomentsFactor& f) {
         return f.keyframe == keyframe_ && f.plane == into;
       };
@@ -293,12 +293,12 @@ std::vector<std::pair<PlaneId, PlaneId>> Mapper::merge_coplanar() {
   std::optional<LevelGaps> gaps;
   // Only planes seen by this keyframe can have come near another one just now.
   std::vector<PlaneId> fresh;
-  for (const auto& [id, evidence] : gathered_) fresh.push_back(id);
+  for (const auto& [id, views] : gathered_) fresh.push_back(id);
   for (const PlaneId a : fresh) {
     const PlaneLandmark* plane_a = graph_.find(a);
     if (!plane_a || !plane_a->active || !joint_.count(a)) continue;
     // Compared where the one was seen just now: the other's covariance says what that is worth.
-    const PlaneEvidence& seen = gathered_.at(a);
+    const PlaneEvidence& seen = gathered_.at(a).best();
     const SE3& T = graph_.at(keyframe_).T_map_body;
     const Eigen::Vector3d middle = T * seen.moments_body.mean();
     std::vector<Eigen::Vector3d> points;

@@ -105,6 +105,20 @@ void PlaneEvidence::join(const PlaneEvidence& other) {
   votes.obstacle += other.votes.obstacle;
 }
 
+void PlaneViews::join(const PlaneEvidence& view) {
+  auto& same = view.partial ? lines_ : full_;
+  if (same) {
+    same->join(view);
+  } else {
+    same = view;
+  }
+}
+
+void PlaneViews::join(const PlaneViews& other) {
+  if (other.full_) join(*other.full_);
+  if (other.lines_) join(*other.lines_);
+}
+
 PlaneEvidence moved(const PlaneEvidence& e, const SE3& T_to_from, const Matrix6d& covariance) {
   const Eigen::Vector3d& n = e.plane_body.normal();
   const Eigen::Vector3d& c = e.moments_body.mean();

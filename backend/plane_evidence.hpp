@@ -1,6 +1,7 @@
 // Observations of planes and segments as evidence in the body frame of their measurement.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include <lamina/backend/association.hpp>
@@ -21,5 +22,23 @@ std::vector<PlaneEvidence> make_evidence(const Observations& observations);
 /// right tangent.
 PlaneEvidence moved(const PlaneEvidence& evidence, const SE3& T_to_from,
                     const Matrix6d& covariance);
+
+/// What one keyframe saw of one plane, in its body frame. Views of one kind of sensor share their
+/// noise floor (PlaneEvidence::join()); images and lines of scans do not: each have their own.
+class PlaneViews {
+ public:
+  explicit PlaneViews(const PlaneEvidence& view) { join(view); }
+  void join(const PlaneEvidence& view);
+  void join(const PlaneViews& other);
+  /// Lines alone: rotation about them is not seen.
+  bool partial() const { return !full_; }
+  const std::optional<PlaneEvidence>& full() const { return full_; }
+  const std::optional<PlaneEvidence>& lines() const { return lines_; }
+  /// All of what shows the plane best: the images, if any.
+  const PlaneEvidence& best() const { return full_ ? *full_ : *lines_; }
+
+ private:
+  std::optional<PlaneEvidence> full_, lines_;  // one of them at least
+};
 
 }  // namespace lamina
