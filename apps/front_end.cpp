@@ -38,11 +38,9 @@ SE3 levelled_pose(const Plane& floor_body) {
 namespace {
 
 // Images contradict wheels that slip; beside them scans gain nothing by a kernel over the wheels.
-// Nor by themselves: a ramp's ground, which goes ahead of the robot, would be believed over wheels.
 ScanOdometryOptions scan_odometry_of(const Settings& settings, const Calibration& calibration) {
   ScanOdometryOptions options = settings.scan_odometry;
-  options.robust_wheels = options.doubt_wheels =
-      !calibration.depth_camera && !calibration.stereo_camera;
+  options.robust_wheels = !calibration.depth_camera && !calibration.stereo_camera;
   return options;
 }
 
@@ -266,7 +264,7 @@ ScanMotion FrontEnd::move_by_scan(const LaserScan& scan, const std::optional<Mot
     motion.status = ScanMotion::Status::kPredicted;
     return motion;
   }
-  ScanMotion motion = scan_odometry_.process(scan, guess);
+  ScanMotion motion = scan_odometry_.process(scan, guess, slopes_of_late(scan.stamp));
   if (!planar_ && guess) {
     const SE3 flat = lifted(planar_part(guess->T_prev_curr_body));
     motion.T_prev_curr_body = motion.T_prev_curr_body * (flat.inverse() * guess->T_prev_curr_body);

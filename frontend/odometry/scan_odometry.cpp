@@ -46,7 +46,8 @@ bool tells_otherwise(const LineMatch& alone, const LineMatch& both,
 
 ScanOdometry::ScanOdometry(const ScanOdometryOptions& options) : options_(options) {}
 
-ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<MotionGuess>& wheels) {
+ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<MotionGuess>& wheels,
+                                 bool slopes) {
   const Eigen::Vector3d z_body = scan.lidar.T_body_lidar.so3() * Eigen::Vector3d::UnitZ();
   const bool level = std::abs(z_body.z()) >= std::cos(options_.max_tilt);
   points_.clear();
@@ -65,13 +66,15 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   last_stamp_ = scan.stamp;
   last_interval_ = dt;
   LineMatch match = align(prediction, wheels.has_value(), regular ? dt : 0, motion);
-  if (options_.doubt_wheels) compare(wheels, match, match.matched < options_.lost_matched);
+  if (options_.doubt_wheels)
+    compare(wheels, match, match.matched < options_.lost_matched || slopes);
   if (doubt_.slips()) {
     const LineMatch alone =
         match_lines(map_, points_, T_local_body_ * velocity_, {}, options_.match);
     if (tells_otherwise(alone, match, points_, planar_part(wheels->T_prev_curr_body))) {
       match = alone;
       match.prior_weight = 0;
+      motion.wheels_slipped = true;
     }
   }
   const bool frozen = usual_.repeated(scan.ranges);

@@ -70,9 +70,10 @@ struct ScanMotion {
   /// tracked. Noisier, and the one to compare wheels with.
   std::optional<SE3> by_scans_alone;
   Status status = Status::kFirst;
-  int unknown_directions = 0;  ///< of x, y, yaw, that the scan left open
-  double matched = 0;          ///< fraction of scan points found in the local map
-  bool searched = false;       ///< a correlative search was needed
+  int unknown_directions = 0;   ///< of x, y, yaw, that the scan left open
+  double matched = 0;           ///< fraction of scan points found in the local map
+  bool searched = false;        ///< a correlative search was needed
+  bool wheels_slipped = false;  ///< the scan by itself was believed over them (WheelDoubt)
   int iterations = 0;
   LeftToWheels left_to_wheels;  ///< where these were asked
 };
@@ -87,7 +88,10 @@ class ScanOdometry {
  public:
   explicit ScanOdometry(const ScanOdometryOptions& options = {});
   const ScanOdometryOptions& options() const { return options_; }
-  ScanMotion process(const LaserScan& scan, const std::optional<MotionGuess>& wheels = {});
+  /// `slopes`: the ground changes its slope hereabouts. Returns from it go along with the body, or
+  /// ahead of it: wheels are not doubted.
+  ScanMotion process(const LaserScan& scan, const std::optional<MotionGuess>& wheels = {},
+                     bool slopes = false);
 
   /// Points of the last scan in the body's plane, as they were matched.
   const std::vector<OrientedPoint>& last_points() const { return points_; }
@@ -146,7 +150,7 @@ class ScanOdometry {
 template <class A>
 void fields(A& a, ScanMotion& v) {
   a(v.T_prev_curr_body, v.covariance, v.by_scans_alone, v.status, v.unknown_directions, v.matched,
-    v.searched, v.iterations, v.left_to_wheels);
+    v.searched, v.wheels_slipped, v.iterations, v.left_to_wheels);
 }
 
 }  // namespace lamina

@@ -27,6 +27,21 @@ inline std::vector<Wall> corridor() {
   return {{{-200, -1.2}, {200, -1.2}}, {{-200, 1.2}, {200, 1.2}}};
 }
 
+/// Two walls with niches of 15 cm, one every 4 m on either side.
+inline std::vector<Wall> niches() {
+  std::vector<Wall> walls;
+  for (const double side : {-1.0, 1.0}) {
+    for (int k = -10; k < 10; ++k) {
+      const double x = 4 * k + side, y = 1.1 * side, back = 1.25 * side;
+      walls.push_back({{x, y}, {x + 3.1, y}});
+      walls.push_back({{x + 3.1, y}, {x + 3.1, back}});
+      walls.push_back({{x + 3.1, back}, {x + 4, back}});
+      walls.push_back({{x + 4, back}, {x + 4, y}});
+    }
+  }
+  return walls;
+}
+
 struct Scanner {
   int beams = 361;
   double fov = 1.5 * M_PI;

@@ -41,24 +41,9 @@ TEST(WheelDoubt, ForgetsWhatNothingTells) {
   EXPECT_FALSE(doubt.slips());
 }
 
-// Two walls with niches of 15 cm, one every 4 m on either side.
-std::vector<testing::Wall> niches() {
-  std::vector<testing::Wall> walls;
-  for (const double side : {-1.0, 1.0}) {
-    for (int k = -10; k < 10; ++k) {
-      const double x = 4 * k + side, y = 1.1 * side, back = 1.25 * side;
-      walls.push_back({{x, y}, {x + 3.1, y}});
-      walls.push_back({{x + 3.1, y}, {x + 3.1, back}});
-      walls.push_back({{x + 3.1, back}, {x + 4, back}});
-      walls.push_back({{x + 4, back}, {x + 4, y}});
-    }
-  }
-  return walls;
-}
-
 // How far off the end is that wheels with a noise of 2 cm per root metre have slipped by 0.75 m on
 // the way to.
-double off_by_slip(bool robust) {
+double off_by_slip(bool robust, bool slopes = false) {
   ScanOdometryOptions options;
   options.robust_wheels = robust;
   ScanOdometry odometry(options);
@@ -75,8 +60,8 @@ double off_by_slip(bool robust) {
       wheels->covariance(0, 0) = 4e-4 * (kStep + slip);
       wheels->covariance(1, 1) = wheels->covariance(5, 5) = 4e-4 * kStep;
     }
-    const LaserScan scan = scanner.scan(niches(), SE3::planar(kStep * i, 0, 0), 0.1 * i);
-    T = T * odometry.process(scan, wheels).T_prev_curr_body;
+    const LaserScan scan = scanner.scan(testing::niches(), SE3::planar(kStep * i, 0, 0), 0.1 * i);
+    T = T * odometry.process(scan, wheels, slopes).T_prev_curr_body;
   }
   return std::abs(T.translation().x() - 89 * kStep);
 }
@@ -85,6 +70,9 @@ TEST(WheelDoubt, NichesTellHowFarACorridorGoesWhereWheelsSlip) {
   EXPECT_LT(off_by_slip(true), 0.1);
   EXPECT_LT(off_by_slip(false), 0.1);
 }
+
+// There returns may be the ground's.
+TEST(WheelDoubt, NotWhereTheGroundChangesItsSlope) { EXPECT_GT(off_by_slip(false, true), 0.3); }
 
 }  // namespace
 }  // namespace lamina
