@@ -1,6 +1,8 @@
 // Errors and noise carried from step to step in the body's tangent.
 #include <lamina/apps/wheel_path.hpp>
 
+#include <spdlog/spdlog.h>
+
 #include <cmath>
 #include <utility>
 
@@ -53,6 +55,10 @@ void WheelPath::add(const Step& step) {
     alone_ += moved;
   }
   if (left.way) way_ += moved;
+  if (step.scan_motion && step.scan_motion->wheels_slipped && step.wheels_moved)
+    slipped_ +=
+        (step.wheels_moved->translation() - step.scan_motion->T_prev_curr_body.translation())
+            .norm();
   if (left.heading) heading_ += moved;
   held_ = left.heading ? 0 : held_ + moved;
   if (held_ > kFoundAgain) {
@@ -69,10 +75,15 @@ void WheelPath::add(const Step& step) {
 double WheelPath::sigma(const Eigen::Vector3d& sigmas) const {
   if (!(path_ > 0)) return 0;
   const double lawful = sigmas.cwiseMin(known_).cwiseAbs2().dot(sum_off_.diagonal());
-  return std::sqrt((lawful + sum_noise_) / path_);
+  const double seen = path_ - way_, slip = seen > 0 ? slipped_ / seen : 0;
+  return std::sqrt((lawful + slip * slip * sum_off_(0, 0) + sum_noise_) / path_);
 }
 
 void WheelPath::tell(const Eigen::Vector3d& sigmas, io::Metrics& metrics) const {
+  constexpr double kSlipped = 0.5;  // m
+  if (slipped_ > 0) metrics.counts["wheels_slipped_m"] = slipped_;
+  if (slipped_ > kSlipped)
+    spdlog::info("scans contradicted the wheels by {:.1f} m in all, and were believed", slipped_);
   if (!(alone_ > 0)) return;
   metrics.counts["by_wheels_alone_m"] = alone_;
   metrics.counts["way_by_wheels_alone_m"] = way_;

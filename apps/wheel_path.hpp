@@ -14,17 +14,20 @@ namespace lamina::apps {
 /// (WheelErrors), and by their stated noise, a random walk. Headings off by it are taken to be
 /// found again once what was seen told the heading over a metre in a row; places off stay off:
 /// planes and loops met again, which may correct them, are left aside, for with wheels this wrong
-/// these are easily taken for others.
+/// these are easily taken for others. Where scans found out that wheels slipped, as large a share
+/// of the way as they were wrong by there is taken to be wrong where only wheels tell it.
 class WheelPath {
  public:
   void add(const Step& step);  ///< the first one's motion is the first pose
   /// A map told the wheels' errors so well: sigmas given later are no larger.
   void know(const Eigen::Vector3d& sigmas) { known_ = sigmas; }
-  /// By counts of metrics.json, where wheels alone told anything.
+  /// By counts of metrics.json, where wheels slipped or told anything alone; a large slip by a line
+  /// of the log.
   void tell(const Eigen::Vector3d& sigmas, io::Metrics& metrics) const;
   double way() const { return way_; }          ///< m that only wheels told the length of
   double heading() const { return heading_; }  ///< m over which only wheels told the heading
   double alone() const { return alone_; }      ///< m of either
+  double slipped() const { return slipped_; }  ///< m that wheels slipped by, as scans found out
   /// m, 1-sigma: root mean square over the path's length of how far places are off in the map, by
   /// wheels with lawful errors of `sigmas` (scale, drift in rad/m, turn scale).
   double sigma(const Eigen::Vector3d& sigmas) const;
@@ -37,7 +40,7 @@ class WheelPath {
   Matrix6d noise_ = Matrix6d::Zero();                  // its covariance by the stated noise
   Eigen::Matrix3d sum_off_ = Eigen::Matrix3d::Zero();  // of J^T J times metres, J: place by errors
   double sum_noise_ = 0, path_ = 0;                    // m^3, m
-  double way_ = 0, heading_ = 0, alone_ = 0;
+  double way_ = 0, heading_ = 0, alone_ = 0, slipped_ = 0;
   double held_ = 0;  // m since wheels last told a heading
 };
 

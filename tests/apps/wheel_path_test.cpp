@@ -68,6 +68,24 @@ TEST(WheelPath, HeadingsAreFoundAgain) {
   EXPECT_LT(path.sigma(kUsual), 0.06);
 }
 
+// Ten of a hundred metres that scans saw were slip: so may be the forty that they did not see.
+TEST(WheelPath, WheelsThatSlippedMaySlipUnseen) {
+  WheelPath path = path_of(400, {true, false});
+  for (int i = 0; i < 1000; ++i) {
+    Step step = step_of(SE3::planar(0.1, 0, 0), {});
+    step.wheels_moved = SE3::planar(0.11, 0, 0);
+    step.scan_motion.emplace().T_prev_curr_body = step.motion.T_from_to;
+    step.scan_motion->wheels_slipped = true;
+    path.add(step);
+  }
+  EXPECT_NEAR(path.slipped(), 10, 1e-6);
+  // 4 m at the end of the 40, and over the 100 m that follow.
+  EXPECT_NEAR(path.sigma(Eigen::Vector3d::Zero()), 4 * std::sqrt((40. / 3 + 100) / 140), 0.05);
+  io::Metrics metrics;
+  path.tell(Eigen::Vector3d::Zero(), metrics);
+  EXPECT_NEAR(metrics.counts["wheels_slipped_m"], 10, 1e-6);
+}
+
 // 0.002 m a step as stated: 0.04 m after 400 steps, root mean square 0.04 / sqrt(2).
 TEST(WheelPath, StatedNoiseCountsToo) {
   const WheelPath path = path_of(400, {true, false}, 0.002);
