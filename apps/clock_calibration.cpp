@@ -211,6 +211,8 @@ FoundClocks find_clocks(const OpenReclocked& open, const Settings& settings,
   const bool camera = as_corrected()->calibration().depth_camera.has_value();
   const Look look{as_corrected, settings, sweep, distortion, ended, camera};
   FoundClocks found = look_at(look);
+  found.scanner_told = found.scanner;
+  found.camera_told = found.camera;
   const auto drop = [](std::optional<ClockOffset::Result>& one) {
     if (one && !one->stands_out()) one.reset();
   };
@@ -238,6 +240,17 @@ FoundClocks find_clocks(const OpenReclocked& open, const Settings& settings,
   return found;
 }
 
+// What is added to a sensor's stamps where the odometry is `late` (s). Nothing found is no sign
+// that they are as late: that must be told, by more than chance against being right.
+static double beside_late_odometry(const std::optional<ClockOffset::Result>& found,
+                                   const std::optional<ClockOffset::Result>& told, double late) {
+  constexpr double kSigmas = 3;
+  if (found) return found->value - late;
+  const bool with_odometry = told && std::abs(told->value) < std::abs(told->value - late) &&
+                             late - told->value > kSigmas * told->sigma;
+  return with_odometry ? -late : 0;
+}
+
 // No stamp is put before what it says was measured: the earliest clock is right. One that is off it
 // by no more than chance is the same.
 ClockOffsets by_earliest(const FoundClocks& found) {
@@ -254,7 +267,9 @@ ClockOffsets by_earliest(const FoundClocks& found) {
     apart.sigma = std::hypot(apart.sigma, found.camera->sigma);
     same = !apart.stands_out();
   }
-  return {same ? 0 : scanner - most, same ? 0 : camera - most, -most};
+  if (same) return {0, 0, -most};
+  return {beside_late_odometry(found.scanner, found.scanner_told, most),
+          beside_late_odometry(found.camera, found.camera_told, most), -most};
 }
 
 ClockOffsets by_scanner(const FoundClocks& found) {

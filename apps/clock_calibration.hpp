@@ -18,7 +18,9 @@ using OpenReclocked = std::function<std::unique_ptr<Recording>(const ClockOffset
 
 struct FoundClocks {
   std::optional<ClockOffset::Result> scanner, camera;  ///< what stands out
-  double odometry_interval = 0;                        ///< s, mean
+  /// What the first look told, whether or not it stands out from the odometry's clock.
+  std::optional<ClockOffset::Result> scanner_told{}, camera_told{};
+  double odometry_interval = 0;  ///< s, mean
 };
 
 /// Looks over the recording: how far the body turned between scans of a level scanner, as matching
@@ -30,8 +32,9 @@ FoundClocks find_clocks(const OpenReclocked& open, const Settings& settings,
                         const std::function<bool()>& ended);
 
 /// Offsets of scanner and camera from the odometry's clock as offsets from the earliest of the
-/// clocks: no stamp is put before what it says was measured. A sensor that told nothing moves with
-/// the odometry; scanner and camera that agree are right and the odometry is late.
+/// clocks: no stamp is put before what it says was measured. Scanner and camera that agree are
+/// right and the odometry is late. Of a sensor without a found offset the stamps are right, too,
+/// unless it told that they go with the odometry's.
 ClockOffsets by_earliest(const FoundClocks& found);
 
 /// Where a scanner alone stands beside wheels its stamps are when its poses are asked for, right or

@@ -80,6 +80,27 @@ TEST(Clocks, TheEarliestIsRight) {
   EXPECT_EQ(three.odometry, -0.03);
 }
 
+// Late odometry beside a camera that could not tell its clock: its stamps were moved along.
+TEST(Clocks, ASensorThatToldNothingIsNotAsLateAsTheOdometry) {
+  const auto told = [](double value, double sigma) {
+    return ClockOffset::Result{value, sigma, 10};
+  };
+  FoundClocks found{told(0.08, 0.001), std::nullopt};
+  const ClockOffsets nothing = by_earliest(found);
+  EXPECT_EQ(nothing.odometry, -0.08);
+  EXPECT_EQ(nothing.scanner, 0);
+  EXPECT_EQ(nothing.camera, 0);
+  for (const auto& [value, sigma] : {std::pair{0.07, 0.01}, {0.02, 0.03}}) {
+    found.camera_told = told(value, sigma);
+    EXPECT_EQ(by_earliest(found).camera, 0) << value;
+  }
+  found.camera_told = told(0.003, 0.005);
+  EXPECT_EQ(by_earliest(found).camera, -0.08);
+  const ClockOffsets no_scanner = by_earliest({std::nullopt, told(0.08, 0.001)});
+  EXPECT_EQ(no_scanner.scanner, 0);
+  EXPECT_EQ(no_scanner.odometry, -0.08);
+}
+
 TEST(Clocks, RightOnesStayAndAStatedDelayIsTakenOff) {
   const Folder folder;
   simulate(folder.path() / "data", "lidar.delay_s", "0.04");
