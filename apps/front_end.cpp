@@ -67,7 +67,9 @@ std::optional<Step> FrontEnd::process(const Measurement& measurement, io::Metric
     wheels_.add(*odometry);
     return std::nullopt;
   }
-  if (const auto* scan = std::get_if<LaserScan>(&measurement)) return process_scan(*scan, metrics);
+  if (const auto* scan = std::get_if<LaserScan>(&measurement)) {
+    return process_scan(as_noisy_as_it_is(*scan), metrics);
+  }
   if (const auto* depth = std::get_if<DepthFrame>(&measurement)) {
     if (distortion_.empty()) return process_depth(*depth, SensorKind::kDepth, metrics);
     DepthFrame frame = *depth;

@@ -20,6 +20,7 @@
 #include <lamina/frontend/odometry/scan_odometry.hpp>
 #include <lamina/frontend/odometry/sweep_watch.hpp>
 #include <lamina/frontend/segments/mounting_correction.hpp>
+#include <lamina/frontend/segments/range_noise.hpp>
 #include <lamina/frontend/segments/segment_frontend.hpp>
 #include <lamina/io/metrics.hpp>
 #include <lamina/sensors/measurement.hpp>
@@ -108,6 +109,8 @@ class FrontEnd {
   bool met_odometry() const { return wheels_met_; }
   /// Lawful errors that the wheels may have still (scale, drift, turn scale), 1-sigma.
   Eigen::Vector3d wheel_errors_left() const { return learned_.left(); }
+  /// Log and counts, where the scanner's ranges scattered by more than stated.
+  void tell_scanner_noise(io::Metrics& metrics) const;
   /// Images in which the ground changes its slope.
   std::int64_t slopes_seen() const { return slopes_seen_; }
   /// Measurements that were left out, by reason.
@@ -122,7 +125,8 @@ class FrontEnd {
            last_scan, T_start_scan_body, since_scan, scan_step, scan_interval, last_image,
            T_start_image, image_velocity, skipped, ground_returns, last_slope, last_two_slopes,
            slopes_seen, knocks, last_sight, since_image, lifted_since_scan, ever_lifted,
-           follow_slopes, images_beside_wheels, sweep_watch, scans_tell_scale, scan_left] = v;
+           follow_slopes, images_beside_wheels, sweep_watch, scans_tell_scale, scan_left,
+           range_noise, scanner_noise] = v;
     static_cast<void>(follow_slopes);         // of the mode
     static_cast<void>(images_beside_wheels);  // likewise
     static_cast<void>(distortion);            // of the recording, before it is mapped
@@ -137,7 +141,7 @@ class FrontEnd {
       segments, scan_odometry, T_start_body, last_step, last_told, last_scan, T_start_scan_body,
       since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns,
       last_slope, last_two_slopes, slopes_seen, knocks, last_sight, since_image, lifted_since_scan,
-      ever_lifted, sweep, sweep_watch, scan_left);
+      ever_lifted, sweep, sweep_watch, scan_left, range_noise, scanner_noise);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -155,6 +159,7 @@ class FrontEnd {
                    const ScanMotion& motion, io::Metrics& metrics);
   LaserScan prepared(const LaserScan& measured, bool level, double sweep,
                      const std::optional<Vector6d>& velocity, std::int64_t& ground) const;
+  LaserScan as_noisy_as_it_is(const LaserScan& measured);
   std::optional<Step> process_scan(const LaserScan& measured, io::Metrics& metrics);
   std::optional<Step> process_depth(const DepthFrame& frame, SensorKind kind, io::Metrics& metrics);
   void begin_scans(Timestamp stamp, Step& step, ScanMotion& motion);
@@ -242,6 +247,8 @@ class FrontEnd {
   std::optional<SweepWatch> sweep_watch_;
   bool scans_tell_scale_ = false;
   LeftToWheels scan_left_;  // by the last scan, and as likely between it and the next
+  RangeNoise range_noise_;
+  double scanner_noise_ = 0;  // m, at most, where it is more than stated
 };
 
 }  // namespace lamina::apps

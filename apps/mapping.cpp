@@ -376,6 +376,7 @@ int run_map(const MapRequest& request) {
   output.set_clocks(clocks);
   output.metrics.counts["checkpoints"] = static_cast<double>(checkpoint.saves());
   if (front_end.met_wheels()) output.wheel_path.tell(front_end.wheel_errors_left(), output.metrics);
+  front_end.tell_scanner_noise(output.metrics);
   output.write(mapper, request.online);
   if (!live && !interrupted) checkpoint.finish();
   if (page) page->finished(request.output);

@@ -62,7 +62,7 @@ int ScanPoints::load(const LaserScan& scan, const SegmentOptions& options) {
   }
   const double increment = std::abs(scan.angle_increment);
   full_circle_ = beams_ > 8 && increment * (beams_ + 1.5) > 2 * M_PI;
-  sigma_r_ = std::max(options.min_sigma, scan.lidar.noise.range_sigma);
+  sigma_r_ = stated_sigma_r_ = std::max(options.min_sigma, scan.lidar.noise.range_sigma);
   sigma_a_ = std::max(0.0, scan.lidar.noise.angle_sigma);
   noise_scale_ = 1;
   find_breaks(increment, scan.range_max, options);
@@ -115,6 +115,7 @@ void ScanPoints::find_slopes(double increment) {
 // how rough the scan is against the declared noise.
 void ScanPoints::estimate_noise(double increment, const SegmentOptions& options) {
   roughness_.clear();
+  measured_roughness_.reset();
   const double two_cos = 2 * std::cos(increment), range_variance = sigma_r_ * sigma_r_;
   for (int i = 1; i + 1 < size(); ++i) {
     if (beam(i + 1) - beam(i - 1) != 2 || breaks_before(i) || breaks_before(i + 1)) continue;
@@ -127,6 +128,7 @@ void ScanPoints::estimate_noise(double increment, const SegmentOptions& options)
   const auto middle = roughness_.begin() + static_cast<std::ptrdiff_t>(roughness_.size() / 2);
   std::nth_element(roughness_.begin(), middle, roughness_.end());
   const double scale = std::sqrt(*middle) / kNormalMedian;
+  measured_roughness_ = scale;
   if (scale < kRoughnessDeadZone) return;
   noise_scale_ = std::min(scale, options.max_noise_scale);
   sigma_r_ *= noise_scale_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <lamina/frontend/segments/segment_options.hpp>
@@ -62,6 +63,10 @@ class ScanPoints {
   double sigma_r() const { return sigma_r_; }
   double sigma_a() const { return sigma_a_; }
   double noise_scale() const { return noise_scale_; }
+  /// sigma of the range as the scan's model states it (m, at least options.min_sigma).
+  double stated_sigma_r() const { return stated_sigma_r_; }
+  /// How many times rougher than stated the scan is; nullopt where too few returns tell.
+  const std::optional<double>& roughness() const { return measured_roughness_; }
   /// True where return i does not continue the surface of return i - 1.
   bool breaks_before(int i) const { return break_[at(i)] != 0; }
   /// True when the last beam is the first one's neighbour.
@@ -85,7 +90,8 @@ class ScanPoints {
   std::vector<int> beam_;
   std::vector<std::uint8_t> break_;
   std::vector<InverseRangeSums> prefix_;
-  double sigma_r_ = 0.01, sigma_a_ = 0, noise_scale_ = 1;
+  double sigma_r_ = 0.01, stated_sigma_r_ = 0.01, sigma_a_ = 0, noise_scale_ = 1;
+  std::optional<double> measured_roughness_;
   bool full_circle_ = false;
   int beams_ = 0;
 };

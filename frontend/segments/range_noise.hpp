@@ -1,0 +1,34 @@
+// How far the ranges of a scanner scatter, as its own scans tell.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <lamina/frontend/segments/scan_points.hpp>
+
+namespace lamina {
+
+/// What a calibration states of a scanner's noise may be another's. On any line the second
+/// difference of inverse ranges is zero (ScanPoints::roughness), so each scan tells its own noise;
+/// the median over the last scans is robust against clutter.
+class RangeNoise {
+ public:
+  /// Hears a scan as it was measured and returns range_sigma (m) to be used for it: the stated one,
+  /// unless scans scatter by clearly more.
+  double hear(const LaserScan& scan);
+  /// As returned last; 0 before the first scan.
+  double sigma() const { return sigma_; }
+  /// For archives (models/archive.hpp): all that one scan leaves to the next.
+  template <class A>
+  friend void fields(A& a, RangeNoise& v) {
+    a(v.told_, v.next_, v.sigma_);
+  }
+
+ private:
+  ScanPoints points_;         // buffers
+  std::vector<double> told_;  // m, by the last scans
+  std::int64_t next_ = 0;     // place of the next one in it, once it is full
+  double sigma_ = 0;
+};
+
+}  // namespace lamina
