@@ -15,29 +15,39 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 // As std::lround, which is a call here.
 int nearest(double x) { return static_cast<int>(x < 0 ? x - 0.5 : x + 0.5); }
 
-// Squared distance of a place from the middle of some pixels, in their spread that way.
-double distance_in_sizes2(const DisparitySums& s, const Eigen::Vector3d& place) {
-  const double mu = s.u / s.n, mv = s.v / s.n;
-  const double du = place.x() - mu, dv = place.y() - mv, length2 = du * du + dv * dv;
+}  // namespace
+
+PlaneRegions::Shape PlaneRegions::shape_of(const PlaneRegion& region) const {
+  constexpr double kLevel = 0.94;  // cosine: within 20 degrees
+  const DisparitySums& s = region.sums;
+  Shape shape;
+  shape.u = s.u / s.n;
+  shape.v = s.v / s.n;
+  shape.uu = s.uu / s.n - shape.u * shape.u;
+  shape.uv = s.uv / s.n - shape.u * shape.v;
+  shape.vv = s.vv / s.n - shape.v * shape.v;
+  const auto plane = geometry_.plane(region.plane);
+  shape.level = plane && plane->normal().dot(up_camera_) > kLevel;
+  shape.covariance = s.covariance(noise_.per_pixel);
+  return shape;
+}
+
+double PlaneRegions::Shape::distance_in_sizes2(double to_u, double to_v) const {
+  const double du = to_u - u, dv = to_v - v, length2 = du * du + dv * dv;
   if (length2 < 1e-9) return 0;
-  const double spread2 = (du * du * (s.uu / s.n - mu * mu) + 2 * du * dv * (s.uv / s.n - mu * mv) +
-                          dv * dv * (s.vv / s.n - mv * mv)) /
-                         length2;
+  const double spread2 = (du * du * uu + 2 * du * dv * uv + dv * dv * vv) / length2;
   return length2 / std::max(1.0, spread2);
 }
 
 // A plane tells of places up to fourteen of its own sizes away (the standard deviation of its
 // pixels that way: some four of its lengths). Two narrow strips at either end of an image say
 // nothing of each other: there always is some plane through both.
-bool within_reach(const DisparitySums& a, const DisparitySums& b) {
+bool PlaneRegions::within_reach(std::size_t a, std::size_t b) const {
   constexpr double kSizes = 14;
-  const auto reaches = [](const DisparitySums& from, const DisparitySums& to) {
-    return distance_in_sizes2(from, {to.u / to.n, to.v / to.n, 1}) <= kSizes * kSizes;
-  };
-  return reaches(a, b) || reaches(b, a);
+  const Shape &one = shapes_[a], &two = shapes_[b];
+  return one.distance_in_sizes2(two.u, two.v) <= kSizes * kSizes ||
+         two.distance_in_sizes2(one.u, one.v) <= kSizes * kSizes;
 }
-
-}  // namespace
 
 double PlaneRegions::joined_cost(const PlaneRegion& a, const PlaneRegion& b) const {
   DisparitySums both = a.sums;
@@ -54,50 +64,45 @@ double PlaneRegions::joined_cost(const PlaneRegion& a, const PlaneRegion& b) con
   return worst;
 }
 
-// `sizes`: up to how many sizes of a plane its slow distortion is carried on.
-double PlaneRegions::carried_cost(std::size_t a, std::size_t b, double sizes) const {
+// What two regions apart from each other differ by, each plane carried to where the other is.
+double PlaneRegions::carried_cost(std::size_t a, std::size_t b) const {
   const DisparityPlane difference = regions_[a].plane - regions_[b].plane;
   double worst = 0;
   for (const auto& [here, there] : {std::pair{a, b}, std::pair{b, a}}) {
-    const DisparitySums& far = regions_[there].sums;
-    const Eigen::Vector3d x(far.u / far.n, far.v / far.n, 1);
-    const double carried = x.dot(covariance_[here] * x);
-    const double sizes2 = std::min(sizes * sizes, distance_in_sizes2(regions_[here].sums, x));
-    const double allowed = 4 * (carried + (2 + sizes2) * noise_.shared);
-    worst = std::max(worst, far.mean_square(difference) / allowed);
+    const Eigen::Vector3d x(shapes_[there].u, shapes_[there].v, 1);
+    const double carried = x.dot(shapes_[here].covariance * x);
+    const double allowed = 4 * (carried + 2 * noise_.shared);
+    worst = std::max(worst, regions_[there].sums.mean_square(difference) / allowed);
     if (worst > 1) break;
   }
   return worst;
 }
 
-double PlaneRegions::merge_cost(std::size_t a, std::size_t b, bool neighbours) const {
+// What joining two regions costs at least; `apart_cost` says what it really costs where they are
+// apart from each other.
+double PlaneRegions::least_cost(std::size_t a, std::size_t b, bool neighbours) const {
   if (neighbours) return joined_cost(regions_[a], regions_[b]);
-  if (!within_reach(regions_[a].sums, regions_[b].sums)) return kNever;
-  // Slow distortion tilts a plane; carried beyond its own size that tilt counts, up to two sizes:
-  // beyond, nothing would be told apart any more. Where the gap shows what lies behind, nothing
-  // says that the two belong together, and no such allowance is made; where something stands before
-  // it, they are neighbours.
+  if (!within_reach(a, b)) return kNever;
   const double joined = joined_cost(regions_[a], regions_[b]);
   if (joined > 1) return joined;
-  if (two_platforms(a, b)) return kNever;
-  const double carried = carried_cost(a, b, 0);
-  if (carried <= joined || !seen_through(regions_[a], regions_[b])) return joined;
-  return carried;
+  return two_platforms(a, b) ? kNever : joined;
+}
+
+// Slow distortion tilts a plane; carried beyond its own size that tilt counts. Where the gap shows
+// what lies behind, nothing says that the two belong together, and no such allowance is made; where
+// something stands before it, they are neighbours.
+double PlaneRegions::apart_cost(std::size_t a, std::size_t b, double joined) const {
+  const double carried = carried_cost(a, b);
+  return carried <= joined || !seen_through(a, b) ? joined : carried;
 }
 
 // Whether two regions are level, neither of them the ground, and most of the way from one to the
 // other belongs to regions that lie behind both: lower ones.
 bool PlaneRegions::two_platforms(std::size_t a, std::size_t b) const {
-  constexpr double kLevel = 0.94;  // cosine: within 20 degrees
   const PlaneRegion &one = regions_[a], &two = regions_[b];
   if (std::max(one.sums.n, two.sums.n) >= most_pixels_) return false;
-  const auto level = [this](const PlaneRegion& r) {
-    const auto plane = geometry_.plane(r.plane);
-    return plane && plane->normal().dot(up_camera_) > kLevel;
-  };
-  if (!level(one) || !level(two)) return false;
-  const Eigen::Vector2d from(one.sums.u / one.sums.n, one.sums.v / one.sums.n);
-  const Eigen::Vector2d to(two.sums.u / two.sums.n, two.sums.v / two.sums.n);
+  if (!shapes_[a].level || !shapes_[b].level) return false;
+  const Eigen::Vector2d from(shapes_[a].u, shapes_[a].v), to(shapes_[b].u, shapes_[b].v);
   const int steps = std::max(2, static_cast<int>((to - from).norm() / blocks_->size));
   int lower = 0, other = 0;
   for (int k = 0; k <= steps; ++k) {
@@ -119,10 +124,9 @@ bool PlaneRegions::two_platforms(std::size_t a, std::size_t b) const {
 
 // Whether the gap between two regions is open: most blocks on the way from middle to middle lie
 // behind the first one's plane.
-bool PlaneRegions::seen_through(const PlaneRegion& a, const PlaneRegion& b) const {
-  const Eigen::Vector2d from(a.sums.u / a.sums.n, a.sums.v / a.sums.n);
-  const Eigen::Vector2d to(b.sums.u / b.sums.n, b.sums.v / b.sums.n);
-  const Eigen::Vector3f plane = a.plane.cast<float>();
+bool PlaneRegions::seen_through(std::size_t a, std::size_t b) const {
+  const Eigen::Vector2d from(shapes_[a].u, shapes_[a].v), to(shapes_[b].u, shapes_[b].v);
+  const Eigen::Vector3f plane = regions_[a].plane.cast<float>();
   const int steps = std::max(2, static_cast<int>((to - from).norm() / blocks_->size));
   const float gate2 = gate2_ * static_cast<float>(noise_.of_mean(64));
   int behind = 0, other = 0;
@@ -160,7 +164,9 @@ std::vector<std::uint8_t> PlaneRegions::neighbourhood() const {
   return near;
 }
 
-// Best pairs first; costs are kept, and only those of the joined one are taken anew.
+// Best pairs first; costs are kept, and only those of the joined one are taken anew. Of pairs apart
+// from each other the least that they can cost is known first, and the rest found out when that is
+// the least of all: most of them are joined with others before.
 void PlaneRegions::merge(const Eigen::Vector3d& up_camera) {
   const std::size_t count = regions_.size();
   up_camera_ = up_camera;
@@ -169,15 +175,17 @@ void PlaneRegions::merge(const Eigen::Vector3d& up_camera) {
   most_pixels_ = 0;
   for (const PlaneRegion& r : regions_) most_pixels_ = std::max(most_pixels_, r.sums.n);
   std::vector<std::uint8_t> near = neighbourhood();
-  covariance_.clear();
-  for (const PlaneRegion& r : regions_) {
-    covariance_.push_back(r.sums.covariance(noise_.per_pixel));
-  }
+  shapes_.clear();
+  for (const PlaneRegion& r : regions_) shapes_.push_back(shape_of(r));
   std::vector<double> cost(count * count, kNever);
+  std::vector<std::uint8_t> known(count * count, 0);  // cost is more than the least
+  const auto set = [&](std::size_t i, std::size_t j) {
+    const bool neighbours = near[i * count + j] != 0;
+    cost[i * count + j] = least_cost(i, j, neighbours);
+    known[i * count + j] = neighbours ? 1 : 0;
+  };
   for (std::size_t i = 0; i < count; ++i) {
-    for (std::size_t j = i + 1; j < count; ++j) {
-      cost[i * count + j] = merge_cost(i, j, near[i * count + j] != 0);
-    }
+    for (std::size_t j = i + 1; j < count; ++j) set(i, j);
   }
   // The first of the cheapest pairs of every row.
   std::vector<std::size_t> cheapest(count);
@@ -193,9 +201,18 @@ void PlaneRegions::merge(const Eigen::Vector3d& up_camera) {
         std::min_element(cheapest.begin(), cheapest.end(),
                          [&](std::size_t a, std::size_t b) { return cost[a] < cost[b]; });
     if (best == cheapest.end() || cost[*best] > 1) break;
-    any = true;
     const std::size_t pair = *best;
     const std::size_t first = pair / count, second = pair % count;
+    if (known[pair] == 0) {
+      known[pair] = 1;
+      const double least = cost[pair];
+      cost[pair] = apart_cost(first, second, least);
+      if (cost[pair] > least) {
+        look(first);
+        continue;
+      }
+    }
+    any = true;
     join(first, second);
     std::replace(heirs_.begin(), heirs_.end(), static_cast<std::int16_t>(second),
                  static_cast<std::int16_t>(first));
@@ -206,8 +223,7 @@ void PlaneRegions::merge(const Eigen::Vector3d& up_camera) {
     }
     for (std::size_t k = 0; k < count; ++k) {
       if (k == first || at(heirs_[k]) != k) continue;
-      cost[std::min(k, first) * count + std::max(k, first)] =
-          merge_cost(std::min(k, first), std::max(k, first), near[first * count + k] != 0);
+      set(std::min(k, first), std::max(k, first));
     }
     // Of a row only its places under `first` and `second` have changed.
     for (std::size_t k = 0; k < count; ++k) {
@@ -230,7 +246,7 @@ void PlaneRegions::join(std::size_t first, std::size_t second) {
   a.pixels += regions_[second].pixels;
   a.plane = a.sums.fit().value_or(a.plane);
   most_pixels_ = std::max(most_pixels_, a.sums.n);
-  covariance_[first] = a.sums.covariance(noise_.per_pixel);
+  shapes_[first] = shape_of(a);
   regions_[second] = PlaneRegion();
 }
 

@@ -56,6 +56,15 @@ class PlaneRegions {
     Eigen::Matrix3f covariance;
     float jitter;  ///< px^2, of one pixel
   };
+  /// Where a region's pixels are, and what merging asks of its plane.
+  struct Shape {
+    double u, v, uu, uv, vv;     ///< middle and covariance of the pixels
+    bool level;                  ///< within 20 degrees
+    Eigen::Matrix3d covariance;  ///< of the plane
+
+    /// Squared distance of a place from the middle, in the spread of the pixels that way.
+    double distance_in_sizes2(double to_u, double to_v) const;
+  };
   struct Run {
     int begin, end, parent;  ///< columns [begin, end) of a row; a run of the same piece
   };
@@ -67,11 +76,14 @@ class PlaneRegions {
   void connected(int start, std::vector<std::uint8_t>& waiting);
   void split_off_parts(int label, double min_pixels);
   double joined_cost(const PlaneRegion& a, const PlaneRegion& b) const;
-  double carried_cost(std::size_t a, std::size_t b, double sizes) const;
+  double carried_cost(std::size_t a, std::size_t b) const;
+  bool within_reach(std::size_t a, std::size_t b) const;
   bool two_platforms(std::size_t a, std::size_t b) const;
-  double merge_cost(std::size_t a, std::size_t b, bool neighbours) const;
+  double least_cost(std::size_t a, std::size_t b, bool neighbours) const;
+  double apart_cost(std::size_t a, std::size_t b, double joined) const;
   void join(std::size_t first, std::size_t second);
-  bool seen_through(const PlaneRegion& a, const PlaneRegion& b) const;
+  bool seen_through(std::size_t a, std::size_t b) const;
+  Shape shape_of(const PlaneRegion& region) const;
   std::vector<std::uint8_t> neighbourhood() const;
   void find_rows();
   bool is_scattered(int label) const;
@@ -96,7 +108,7 @@ class PlaneRegions {
   Eigen::Vector3d up_camera_ = Eigen::Vector3d::Zero();
   double most_pixels_ = 0;           ///< of a region, while merging
   std::vector<std::int16_t> heirs_;  ///< of the regions, while merging: labels follow at its end
-  std::vector<Eigen::Matrix3d> covariance_;  ///< of the regions' planes, while merging
+  std::vector<Shape> shapes_;        ///< of the regions, while merging
 };
 
 }  // namespace lamina
