@@ -10,6 +10,7 @@
 
 #include <lamina/frontend/floor/inner_blocks.hpp>
 #include <lamina/frontend/floor/pixel_columns.hpp>
+#include <lamina/frontend/floor/renamed_bytes.hpp>
 
 namespace lamina {
 
@@ -61,45 +62,13 @@ void PixelLabeller::label(const DisparityImage& image, const DisparityGeometry& 
 }
 
 void PixelLabeller::rename(std::span<const std::int16_t> renamed) {
-  std::array<std::uint8_t, 256> marks{};
+  ByteTable table(renamed.size() + 1);
   for (std::size_t k = 0; k < renamed.size(); ++k) {
-    marks[k + 1] = static_cast<std::uint8_t>(renamed[k] + 1);
+    table.to[k + 1] = static_cast<std::uint8_t>(renamed[k] + 1);
   }
-  std::vector<std::uint8_t>& is_border = scratch_;
-  is_border.assign(majority_.size(), 0);
-  for (const Border& border : border_) {
-    is_border[static_cast<std::size_t>(border.block)] = 1;
-    std::array<std::pair<std::uint8_t, std::uint8_t>, Candidates::kMost> present;  // from, to
-    std::size_t count = 0;
-    bool stays = true;
-    for (std::size_t k = 0; k < static_cast<std::size_t>(border.near.count); ++k) {
-      if ((border.present >> k & 1U) == 0) continue;
-      const std::size_t from = static_cast<std::size_t>(border.near.label[k]) + 1;
-      present[count++] = {static_cast<std::uint8_t>(from), marks[from]};
-      stays &= marks[from] == from;
-    }
-    if (stays) continue;
-    const Window& w = border.window;
-    std::uint8_t* out = out_->data() + w.offset;
-    for (int v = 0; v < w.height; ++v, out += image_->width) {
-      if (w.width != kRow) {
-        for (int u = 0; u < w.width; ++u) out[u] = marks[out[u]];
-        continue;
-      }
-      const Byte8 old = load8(out);
-      Byte8 now = {};
-      for (std::size_t k = 0; k < count; ++k) {
-        now |= equal8(old, present[k].first) & present[k].second;
-      }
-      std::memcpy(out, &now, sizeof(now));
-    }
-  }
-  for (std::size_t i = 0; i < majority_.size(); ++i) {
-    const std::int16_t label = majority_[i];
-    if (label < 0) continue;
-    majority_[i] = renamed[static_cast<std::size_t>(label)];
-    if (is_border[i] != 0 || majority_[i] == label) continue;
-    fill(static_cast<int>(i), static_cast<std::uint8_t>(majority_[i] + 1));
+  rename_bytes(*out_, table);
+  for (std::int16_t& label : majority_) {
+    label = static_cast<std::int16_t>(table.to[static_cast<std::size_t>(label + 1)] - 1);
   }
 }
 

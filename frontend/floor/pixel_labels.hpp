@@ -119,7 +119,7 @@ class PixelLabeller {
   std::vector<Eigen::Vector3f> planes_;  ///< theirs in every pass
   std::vector<Least> least_;
   std::vector<DisparityPlane> steps_;  ///< of the regions, at the last refit
-  std::vector<std::uint8_t> moved_, scratch_;
+  std::vector<std::uint8_t> moved_;
   std::vector<std::uint8_t> old_marks_;  ///< of the window at hand, row by row
   float variance_ = 1;                   ///< px^2, of one pixel on a plane without slope
 };

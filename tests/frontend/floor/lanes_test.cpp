@@ -1,12 +1,15 @@
 // Many at a time say what a plain loop says: lanes of pixels, rows of blocks.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <vector>
 
 #include <lamina/frontend/floor/inner_blocks.hpp>
 #include <lamina/frontend/floor/lanes.hpp>
+#include <lamina/frontend/floor/renamed_bytes.hpp>
 
 namespace lamina::lanes {
 namespace {
@@ -135,6 +138,27 @@ TEST(Lanes, TheLeastPassesOverWhatIsMasked) {
   EXPECT_EQ(least[1], 3);
   EXPECT_EQ(least[2], 2);
   EXPECT_EQ(least[3], 4);
+}
+
+TEST(RenamedBytes, ManyAtATimeAreRenamedAsOneByOne) {
+  for (const std::size_t count : {1, 2, 9, 16, 17, 255}) {
+    ByteTable table(count);
+    for (std::size_t k = 1; k < count; ++k) {  // one is dropped, those behind it close up
+      table.to[k] = static_cast<std::uint8_t>(k == 3 ? 0 : k > 3 ? k - 1 : k);
+    }
+    for (const std::size_t size : {0, 5, 16, 31, 32, 100, 333}) {
+      std::vector<std::uint8_t> bytes(size), expected(size);
+      for (std::size_t i = 0; i < size; ++i) {
+        bytes[i] = static_cast<std::uint8_t>((i * i + 7 * i) % count);
+        expected[i] = table.to[bytes[i]];
+      }
+      std::vector<std::uint8_t> portable = bytes;
+      rename_bytes(bytes, table);
+      rename_bytes_portable(portable, table);
+      EXPECT_TRUE(bytes == expected) << count << " " << size;
+      EXPECT_TRUE(portable == expected) << count << " " << size;
+    }
+  }
 }
 
 TEST(InnerBlocks, HaveEightNeighboursOfTheirKind) {
