@@ -318,16 +318,18 @@ float PixelLabeller::side_of(const PlaneRegions& regions, int block, int first, 
   // Blocks of the first, of the second, where it is negative, where it is positive.
   constexpr unsigned kSame = 1U << 1 | 1U << 2, kTurned = 1U << 0 | 1U << 3;
   unsigned seen = 0;
-  for (int r = std::max(0, r0 - 1); r <= std::min(blocks_->rows - 1, r0 + 1); ++r) {
-    for (int c = std::max(0, c0 - 1); c <= std::min(blocks_->columns - 1, c0 + 1); ++c) {
-      const std::size_t i = static_cast<std::size_t>(blocks_->index(c, r));
+  // Without a branch; beyond the image's border its last blocks are seen twice.
+  for (const int dr : {-1, 0, 1}) {
+    const int row = std::clamp(r0 + dr, 0, blocks_->rows - 1);
+    for (const int dc : {-1, 0, 1}) {
+      const int column = std::clamp(c0 + dc, 0, blocks_->columns - 1);
+      const std::size_t i = static_cast<std::size_t>(blocks_->index(column, row));
       const Block& b = blocks_->blocks[i];
       const float d = difference.dot(Eigen::Vector3f(b.u, b.v, 1));
-      const bool theirs = labels[i] == first || labels[i] == second;
+      const bool theirs = (labels[i] == first) | (labels[i] == second);
       seen |= static_cast<unsigned>(theirs & (std::abs(d) > 0.5F * band))
               << (2 * (labels[i] == second) + (d > 0));
     }
-    if ((seen & kSame) != 0 && (seen & kTurned) != 0) return 0;
   }
   return seen == kSame ? 1.0F : seen == kTurned ? -1.0F : 0.0F;
 }
