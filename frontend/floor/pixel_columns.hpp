@@ -26,12 +26,12 @@ struct PixelColumns {
       : count(static_cast<std::size_t>(near.count)) {
     constexpr lanes::Float4 kStep = {0, 1, 2, 3}, kZero = {};
     for (std::size_t k = 0; k < count; ++k) {
-      planes[k] = {{near.a[k] * u + kZero, near.a[k] * (u + 4) + kZero},
-                   near.a[k] * kStep,
-                   near.b[k] + kZero,
-                   near.c[k] + kZero,
-                   near.weight[k] + kZero,
-                   near.offset[k] + kZero,
+      planes[k] = {{near.plane[k].a * u + kZero, near.plane[k].a * (u + 4) + kZero},
+                   near.plane[k].a * kStep,
+                   near.plane[k].b + kZero,
+                   near.plane[k].c + kZero,
+                   near.plane[k].weight + kZero,
+                   near.plane[k].offset + kZero,
                    lanes::Int4{} + (near.label[k] + 1)};
     }
   }
@@ -122,13 +122,13 @@ LAMINA_AVX2 void label_rows_avx2(const PixelRows& rows, const PixelLabeller::Can
   __m256 start[kCount], step[kCount], b[kCount], c[kCount], weight[kCount], offset[kCount],
       nearest[kCount];
   for (std::size_t k = 0; k < kCount; ++k) {
-    const __m256 a = _mm256_set1_ps(near.a[k]);
+    const __m256 a = _mm256_set1_ps(near.plane[k].a);
     start[k] = _mm256_mul_ps(a, place);
     step[k] = _mm256_mul_ps(a, steps);
-    b[k] = _mm256_set1_ps(near.b[k]);
-    c[k] = _mm256_set1_ps(near.c[k]);
-    weight[k] = _mm256_set1_ps(near.weight[k]);
-    offset[k] = _mm256_set1_ps(near.offset[k]);
+    b[k] = _mm256_set1_ps(near.plane[k].b);
+    c[k] = _mm256_set1_ps(near.plane[k].c);
+    weight[k] = _mm256_set1_ps(near.plane[k].weight);
+    offset[k] = _mm256_set1_ps(near.plane[k].offset);
     if constexpr (kMeasure) {
       nearest[k] = _mm256_broadcast_ps(reinterpret_cast<const __m128*>(&least[k]));
     }

@@ -147,15 +147,10 @@ PixelLabeller::Candidates PixelLabeller::candidates_of(const Border& border,
   Candidates found;
   for (; wanted != 0; wanted &= wanted - 1) {
     const std::size_t k = static_cast<std::size_t>(std::countr_zero(wanted));
-    const Cost& cost = costs_[static_cast<std::size_t>(border.near.label[k])];
     const std::size_t i = static_cast<std::size_t>(found.count++);
     found.label[i] = border.near.label[k];
     found.bit[i] = static_cast<std::uint8_t>(k);
-    found.a[i] = cost.plane.x();
-    found.b[i] = cost.plane.y();
-    found.c[i] = cost.plane.z();
-    found.weight[i] = cost.weight;
-    found.offset[i] = cost.offset;
+    found.plane[i] = costs_[static_cast<std::size_t>(border.near.label[k])];
   }
   return found;
 }
@@ -177,13 +172,13 @@ unsigned PixelLabeller::planes_within_reach(const Border& border, float band) co
   unsigned near = 0;
   for (std::size_t k = 0; k < count; ++k) {
     const Spread step = spread_of(
-        border.window, plane(k).plane - before[static_cast<std::size_t>(border.near.label[k])]);
+        border.window, plane(k).plane() - before[static_cast<std::size_t>(border.near.label[k])]);
     const bool reached = least.px[k] <= plane(k).gate + std::abs(step.middle) + step.reach + kSlack;
     near |= static_cast<unsigned>(reached) << k;
   }
   for (std::size_t k = 0; k < count && near != all; ++k) {
     for (std::size_t j = 0; j < k; ++j) {
-      const Spread gap = spread_of(border.window, plane(k).plane - plane(j).plane);
+      const Spread gap = spread_of(border.window, plane(k).plane() - plane(j).plane());
       const auto meet = static_cast<unsigned>(std::abs(gap.middle) <= gap.reach + band);
       near |= meet << k | meet << j;
     }
@@ -199,8 +194,8 @@ bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, int 
   for (const PlaneRegion& region : regions.regions()) {
     const Eigen::Vector3f p = region.plane.cast<float>();
     const float ratio = 1 + jitter_variance(p.x(), p.y()) / variance_;
-    costs_.push_back(
-        {p, 1 / (variance_ * ratio), std::log(ratio), sigmas * std::sqrt(variance_ * ratio)});
+    costs_.push_back({p.x(), p.y(), p.z(), 1 / (variance_ * ratio), std::log(ratio),
+                      sigmas * std::sqrt(variance_ * ratio)});
     planes_.push_back(p);
   }
   for (Border& border : border_) {
@@ -262,7 +257,7 @@ void PixelLabeller::label_pixels(Border& border, const Candidates& near, float s
   for (std::size_t k = 0; k < border.near.count; ++k) {
     const Float4& m = least[k];
     const float misfit = std::min(std::min(m[0], m[1]), std::min(m[2], m[3]));
-    least_[static_cast<std::size_t>(border.least)].px[k] = std::sqrt(misfit / near.weight[k]);
+    least_[static_cast<std::size_t>(border.least)].px[k] = std::sqrt(misfit / near.plane[k].weight);
   }
 }
 
@@ -288,8 +283,7 @@ void PixelLabeller::settle_creases(const PlaneRegions& regions, const Border& bo
   for (std::size_t k = 0; k < static_cast<std::size_t>(near.count); ++k) {
     for (std::size_t j = 0; j < k; ++j) {
       if ((touches(k) & touches(j)) == 0) continue;  // no side without blocks of both
-      const Eigen::Vector3f difference(near.a[k] - near.a[j], near.b[k] - near.b[j],
-                                       near.c[k] - near.c[j]);
+      const Eigen::Vector3f difference = near.plane[k].plane() - near.plane[j].plane();
       const Spread gap = spread_of(w, difference);
       if (std::abs(gap.middle) > gap.reach + band) continue;
       const float side =

@@ -18,12 +18,20 @@ namespace lamina {
 /// thin planes. Sums, planes and pixels of the regions are renewed.
 class PixelLabeller {
  public:
+  /// A plane (px of disparity, from the principal point), and what a residual r from it costs:
+  /// weight r^2 + offset, the log of the plane's variance against that of one without slope.
+  struct Cost {
+    float a, b, c, weight, offset;
+    float gate;  ///< px: residuals beyond are not its own
+
+    Eigen::Vector3f plane() const { return {a, b, c}; }
+  };
+  /// The first `count` of each.
   struct Candidates {
     static constexpr int kMost = LabelsAbout::kMost;
-    std::array<std::int16_t, kMost> label{};
-    std::array<std::uint8_t, kMost> bit{};  ///< which one of its block's planes it is
-    std::array<float, kMost> a{}, b{}, c{};
-    std::array<float, kMost> weight{}, offset{};  ///< cost of a residual r: weight r^2 + offset
+    std::array<std::int16_t, kMost> label;
+    std::array<std::uint8_t, kMost> bit;  ///< which one of its block's planes it is
+    std::array<Cost, kMost> plane;
     int count = 0;
   };
 
@@ -64,13 +72,6 @@ class PixelLabeller {
   struct Least {
     std::array<float, Candidates::kMost> px;
     int pass;
-  };
-  /// What a residual r from a plane costs: weight r^2 + offset, the log of the plane's variance
-  /// against that of one without slope.
-  struct Cost {
-    Eigen::Vector3f plane;
-    float weight, offset;
-    float gate;  ///< px: residuals beyond are not its own
   };
   struct Spread {
     float middle, reach;

@@ -94,7 +94,7 @@ void PixelLabeller::account(Border& border, const Marks& marks, const Candidates
     const bool all = counts[k] == w.width * w.height;
     const DisparitySums part = all && whole.n >= static_cast<float>(counts[k])
                                    ? whole.sums()
-                                   : sums_of(w, marks, mark, {near.a[k], near.b[k], near.c[k]});
+                                   : sums_of(w, marks, mark, near.plane[k].plane());
     DisparitySums& sums = sums_[static_cast<std::size_t>(near.label[k])];
     if (sign > 0) {
       sums += part;

@@ -23,17 +23,19 @@ Case draw(int count, std::mt19937& random) {
   c.near.count = count;
   for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k) {
     c.near.label[k] = static_cast<std::int16_t>(40 * k + 3);
-    c.near.a[k] = 0.1F * uniform(random);
-    c.near.b[k] = 0.4F * uniform(random);
-    c.near.c[k] = 20 + 2 * uniform(random);
-    c.near.weight[k] = 20 * uniform(random) + 5;
-    c.near.offset[k] = uniform(random);
+    PixelLabeller::Cost& plane = c.near.plane[k];
+    plane.a = 0.1F * uniform(random);
+    plane.b = 0.4F * uniform(random);
+    plane.c = 20 + 2 * uniform(random);
+    plane.weight = 20 * uniform(random) + 5;
+    plane.offset = uniform(random);
   }
   for (std::size_t i = 0; i < c.d.size(); ++i) {
     const std::size_t k = random() % static_cast<std::size_t>(count);
     const float u = 100 + static_cast<float>(i % kStride), v = static_cast<float>(i / kStride) - 20;
     const float noise = uniform(random) - 0.5F;
-    c.d[i] = random() % 7 == 0 ? 0 : c.near.a[k] * u + c.near.b[k] * v + c.near.c[k] + noise;
+    const PixelLabeller::Cost& plane = c.near.plane[k];
+    c.d[i] = random() % 7 == 0 ? 0 : plane.a * u + plane.b * v + plane.c + noise;
   }
   return c;
 }
@@ -46,8 +48,9 @@ std::uint8_t best_of(const Case& c, int i, std::array<float, 6>& least) {
   float best = 1e9F;
   std::uint8_t mark = 0;
   for (std::size_t k = 0; k < static_cast<std::size_t>(c.near.count); ++k) {
-    const float r = d - (c.near.a[k] * u + c.near.b[k] * v + c.near.c[k]);
-    const float misfit = c.near.weight[k] * r * r, cost = misfit + c.near.offset[k];
+    const PixelLabeller::Cost& plane = c.near.plane[k];
+    const float r = d - (plane.a * u + plane.b * v + plane.c);
+    const float misfit = plane.weight * r * r, cost = misfit + plane.offset;
     least[k] = std::min(least[k], misfit);
     if (misfit > kLimit || cost >= best) continue;
     best = cost;
