@@ -184,6 +184,29 @@ inline unsigned changed_bits(const std::uint8_t* p, const std::uint8_t* q) {
   return static_cast<unsigned>(changed8(p, q) * 0x0102040810204080ULL >> 56);
 }
 
+/// The same of `rows` rows, up to eight: p's side by side, q's `stride` apart; eight bits a row.
+inline std::uint64_t changed_bits8(const std::uint8_t* p, const std::uint8_t* q,
+                                   std::ptrdiff_t stride, int rows) {
+  std::uint64_t bits = 0;
+#if defined(__SSE2__)
+  if (rows == 8) {
+    for (int r = 0; r < 8; r += 2, p += 16, q += 2 * stride) {  // two rows at a time
+      const __m128i two =
+          _mm_unpacklo_epi64(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(q)),
+                             _mm_loadl_epi64(reinterpret_cast<const __m128i*>(q + stride)));
+      const __m128i same =
+          _mm_cmpeq_epi8(two, _mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
+      bits |= static_cast<std::uint64_t>(static_cast<unsigned>(_mm_movemask_epi8(same))) << (8 * r);
+    }
+    return ~bits;
+  }
+#endif
+  for (int r = 0; r < rows; ++r, p += 8, q += stride) {
+    bits |= std::uint64_t{changed_bits(p, q)} << (8 * r);
+  }
+  return bits;
+}
+
 /// How many bytes of `rows` rows of eight, `stride` apart, equal `byte`; at most 31 rows.
 inline int count_eights(const std::uint8_t* p, std::ptrdiff_t stride, int rows, std::uint8_t byte) {
   Byte8 sum = {};

@@ -86,7 +86,14 @@ void PixelLabeller::note_holders(Border& border) {
 // Adds a block's pixels to (or takes them from) the sums of the regions they are labelled with.
 void PixelLabeller::account(Border& border, const Marks& marks, const Candidates& near, int sign) {
   const Window& w = border.window;
-  const Counts counts = count(border, marks, near);
+  Counts counts{};
+  if (sign > 0) {
+    counts = count(border, marks, near);
+  } else {  // known from when they were added
+    for (std::size_t k = 0; k < static_cast<std::size_t>(near.count); ++k) {
+      counts[k] = border.pixels[near.bit[k]];
+    }
+  }
   const Block& whole = blocks_->blocks[static_cast<std::size_t>(border.block)];
   for (std::size_t k = 0; k < static_cast<std::size_t>(near.count); ++k) {
     if (counts[k] == 0) continue;
@@ -117,11 +124,8 @@ void PixelLabeller::account_changes(Border& border, const Candidates& near) {
     }
   };
   if (w.width == kRow && w.height <= kRow) {
-    std::uint64_t differ = 0;  // a bit a pixel, row by row
-    const std::uint8_t *a = old.first, *b = now.first;
-    for (int v = 0; v < w.height; ++v, a += kRow, b += now.stride) {
-      differ |= std::uint64_t{changed_bits(a, b)} << (kRow * v);
-    }
+    // A bit a pixel, row by row.
+    std::uint64_t differ = changed_bits8(old.first, now.first, now.stride, w.height);
     for (; differ != 0 && count_changes <= kFewChanges; differ &= differ - 1) {
       const int i = std::countr_zero(differ), u = i % kRow, v = i / kRow;
       note(u, v, old.first[i], now.first[std::ptrdiff_t{v} * now.stride + u]);

@@ -140,6 +140,23 @@ TEST(Lanes, TheLeastPassesOverWhatIsMasked) {
   EXPECT_EQ(least[3], 4);
 }
 
+TEST(Lanes, ChangedBytesOfRowsAreABitEach) {
+  std::array<std::uint8_t, 64> a{};
+  std::array<std::uint8_t, 80> b{};
+  for (std::size_t trial = 0; trial < 70; ++trial) {
+    for (int rows = 1; rows <= 8; ++rows) {
+      std::uint64_t expected = 0;
+      for (std::size_t i = 0; i < 8 * static_cast<std::size_t>(rows); ++i) {
+        const bool differs = trial == i || (trial > 64 && (i * i + i / 3) % trial < 20);
+        a[i] = byte_at(static_cast<int>(i + trial));
+        b[10 * (i / 8) + i % 8] = static_cast<std::uint8_t>(differs ? a[i] ^ 129 : a[i]);
+        expected |= static_cast<std::uint64_t>(differs) << i;
+      }
+      EXPECT_EQ(changed_bits8(a.data(), b.data(), 10, rows), expected) << trial << " " << rows;
+    }
+  }
+}
+
 TEST(RenamedBytes, ManyAtATimeAreRenamedAsOneByOne) {
   for (const std::size_t count : {1, 2, 9, 16, 17, 255}) {
     ByteTable table(count);
