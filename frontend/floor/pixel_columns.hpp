@@ -202,6 +202,21 @@ struct Crease {
   float side;         // 1: `first` where the difference is positive, -1: where it is negative
   std::uint8_t first, second;
 
+  // The pixels of a window, `down` and `middle` what else the difference is made of.
+  void settle_rows(const PixelRows& rows, float down, float middle) const {
+#if defined(LAMINA_AVX2)
+    if (rows.width == PixelColumns::kRow && lanes::has_avx2()) {
+      return settle_rows_avx2(rows, down, middle);
+    }
+#endif
+    settle_rows_portable(rows, down, middle);
+  }
+  void settle_rows_portable(const PixelRows& rows, float down, float middle) const {
+    std::uint8_t* out = rows.out;
+    for (int v = rows.v; v < rows.v + rows.height; ++v, out += rows.stride) {
+      settle(out, rows.width, start_of(rows, v, down, middle));
+    }
+  }
   // A row of `count` pixels, the difference `start` at the first of them.
   void settle(std::uint8_t* marks, int count, float start) const {
     if (count == PixelColumns::kRow) return settle_eight(marks, start);
@@ -213,6 +228,38 @@ struct Crease {
   }
 
  private:
+  float start_of(const PixelRows& rows, int v, float down, float middle) const {
+    return slope * rows.u + (down * static_cast<float>(v - rows.cy) + middle);
+  }
+#if defined(LAMINA_AVX2)
+  LAMINA_AVX2 void settle_rows_avx2(const PixelRows& rows, float down, float middle) const {
+    const PixelRows r = rows;
+    const __m256 steps =
+        _mm256_mul_ps(_mm256_set1_ps(slope), _mm256_setr_ps(0, 1, 2, 3, 4, 5, 6, 7));
+    const __m256 most = _mm256_set1_ps(band), least = _mm256_set1_ps(-band);
+    const __m256 turn = _mm256_set1_ps(side), zero = _mm256_setzero_ps();
+    const __m256i one = _mm256_set1_epi32(first), two = _mm256_set1_epi32(second);
+    std::uint8_t* out = r.out;
+    for (int v = r.v; v < r.v + r.height; ++v, out += r.stride) {
+      const __m256 d = _mm256_add_ps(_mm256_set1_ps(start_of(r, v, down, middle)), steps);
+      const __m256 close =
+          _mm256_and_ps(_mm256_cmp_ps(d, most, _CMP_LE_OQ), _mm256_cmp_ps(d, least, _CMP_GE_OQ));
+      const __m256 ahead = _mm256_cmp_ps(_mm256_mul_ps(turn, d), zero, _CMP_GT_OQ);
+      long long eight;
+      std::memcpy(&eight, out, sizeof(eight));
+      const __m256i old = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(eight));
+      const __m256i theirs =
+          _mm256_or_si256(_mm256_cmpeq_epi32(old, one), _mm256_cmpeq_epi32(old, two));
+      const __m256i mine = _mm256_and_si256(theirs, _mm256_castps_si256(close));
+      const __m256i settled = _mm256_blendv_epi8(two, one, _mm256_castps_si256(ahead));
+      const __m256i now = _mm256_blendv_epi8(old, settled, mine);
+      const __m128i shorts =
+          _mm_packs_epi32(_mm256_castsi256_si128(now), _mm256_extracti128_si256(now, 1));
+      eight = _mm_cvtsi128_si64(_mm_packus_epi16(shorts, shorts));
+      std::memcpy(out, &eight, sizeof(eight));
+    }
+  }
+#endif
   // Without a branch: which pixels are close is as good as random.
   void settle_eight(std::uint8_t* marks, float start) const {
     using namespace lanes;

@@ -233,20 +233,25 @@ bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, int 
   return any;
 }
 
+// Up to eight columns of a window, from its column `u` on.
+PixelRows PixelLabeller::rows_of(const Window& w, int u) const {
+  return {image_->row(w.v0) + w.u0 + u,
+          out_->data() + w.offset + u,
+          image_->width,
+          std::min(kRow, w.width - u),
+          w.height,
+          static_cast<float>(w.u0 + u - geometry_->cx),
+          w.v0,
+          geometry_->cy};
+}
+
 void PixelLabeller::label_pixels(Border& border, const Candidates& near, float sigmas,
                                  bool measure) {
   const Window& w = border.window;
   std::array<Float4, Candidates::kMost> least;
   if (measure) least.fill(all(1e30F));
   for (int u = 0; u < w.width; u += kRow) {
-    const PixelRows rows{image_->row(w.v0) + w.u0 + u,
-                         out_->data() + w.offset + u,
-                         image_->width,
-                         std::min(kRow, w.width - u),
-                         w.height,
-                         static_cast<float>(w.u0 + u - geometry_->cx),
-                         w.v0,
-                         geometry_->cy};
+    const PixelRows rows = rows_of(w, u);
     if (measure) {
       label_rows<true>(rows, near, sigmas * sigmas, least.data());
     } else {
@@ -291,13 +296,8 @@ void PixelLabeller::settle_creases(const PlaneRegions& regions, const Border& bo
       if (side == 0) continue;
       const Crease crease{difference.x(), band, side, static_cast<std::uint8_t>(near.label[k] + 1),
                           static_cast<std::uint8_t>(near.label[j] + 1)};
-      std::uint8_t* out = out_->data() + w.offset;
-      for (int v = 0; v < w.height; ++v, out += image_->width) {
-        for (int u = 0; u < w.width; u += kRow) {
-          const Eigen::Vector3f x(static_cast<float>(w.u0 + u - geometry_->cx),
-                                  static_cast<float>(w.v0 + v - geometry_->cy), 1);
-          crease.settle(out + u, std::min(kRow, w.width - u), difference.dot(x));
-        }
+      for (int u = 0; u < w.width; u += kRow) {
+        crease.settle_rows(rows_of(w, u), difference.y(), difference.z());
       }
     }
   }

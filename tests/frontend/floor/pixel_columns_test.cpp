@@ -116,5 +116,37 @@ TEST(Crease, EightPixelsAtOnceAreSettledAsOneByOne) {
   EXPECT_GT(settled, 500);
 }
 
+TEST(Crease, AWindowIsSettledAsRowByRow) {
+  std::mt19937 random(9);
+  std::uniform_real_distribution<float> uniform(-1, 1);
+  int settled = 0;
+  for (int trial = 0; trial < 1000; ++trial) {
+    const Crease crease{0.3F * uniform(random), 0.5F, trial % 2 == 0 ? 1.0F : -1.0F, 200, 3};
+    const float down = 0.3F * uniform(random), middle = 2 * uniform(random);
+    std::array<std::uint8_t, kStride * kRows> fast;
+    for (auto& mark : fast) mark = std::array<std::uint8_t, 4>{0, 200, 3, 77}[random() % 4];
+    auto portable = fast, one_by_one = fast;
+    const int width = trial % 3 == 0 ? 5 : 8;
+    PixelRows rows{nullptr, fast.data(), kStride, width, kRows, -3.5F, 2, 5.5};
+    crease.settle_rows(rows, down, middle);
+    const auto before = portable;
+    rows.out = portable.data();
+    crease.settle_rows_portable(rows, down, middle);
+    for (int i = 0; i < kStride * kRows; ++i) {
+      if (i % kStride >= width) continue;
+      const float u = -3.5F + static_cast<float>(i % kStride),
+                  v = static_cast<float>(i / kStride) - 3.5F;
+      crease.settle(&one_by_one[static_cast<std::size_t>(i)], 1,
+                    crease.slope * u + down * v + middle);
+    }
+    EXPECT_EQ(fast, portable);
+    for (std::size_t i = 0; i < fast.size(); ++i) settled += fast[i] != before[i];
+    int other = 0;  // rounding may part two
+    for (std::size_t i = 0; i < fast.size(); ++i) other += fast[i] != one_by_one[i];
+    EXPECT_LE(other, 1);
+  }
+  EXPECT_GT(settled, 1000);
+}
+
 }  // namespace
 }  // namespace lamina
