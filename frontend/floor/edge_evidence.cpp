@@ -156,21 +156,26 @@ struct Border {
   int first = 0, last = 0;
   double cost = kNever;
 };
-Border best_border(const std::vector<Line>& lines, const Places& first, const Places& last) {
-  Border best;
+// Borders that cost `most` or more are none; the first below `enough` will do.
+Border best_border(const std::vector<Line>& lines, const Places& first, const Places& last,
+                   double most, double enough) {
+  Border best{0, 0, most};
   for (int p = first.low; p <= first.high; p += first.step) {
     for (int q = last.low; q <= last.high; q += last.step) {
       const double sum = parted(lines, p, q, best.cost);
       if (sum < best.cost) best = {p, q, sum};
+      if (best.cost < enough) return best;
     }
   }
   return best;
 }
 
 // All borders of narrow lines; of wide ones (stray pixels beside them) some, and all about the
-// best.
-double least_parted(const std::vector<Line>& lines) {
-  constexpr int kAll = 32;  // px
+// best. What is asked is whether the least is below `limit`: it is looked for no further than that.
+double least_parted(const std::vector<Line>& lines, double limit) {
+  constexpr int kAll = 32;         // px
+  constexpr double kRound = 1e-9;  // more than rounding
+  const double most = limit * (1 + kRound), enough = limit * (1 - kRound);
   const auto places = [](const Line& l) {
     const int low = l.begin - kBeyond, high = l.end + kBeyond;
     return Places{low, high, 1 + (high - low) / kAll};
@@ -180,9 +185,11 @@ double least_parted(const std::vector<Line>& lines) {
                   std::min(coarse.high, best + coarse.step), 1};
   };
   const Places first = places(lines.front()), last = places(lines.back());
-  const Border coarse = best_border(lines, first, last);
-  if (first.step == 1 && last.step == 1) return coarse.cost;
-  const Border fine = best_border(lines, about(first, coarse.first), about(last, coarse.last));
+  const bool all = first.step == 1 && last.step == 1;
+  const Border coarse = best_border(lines, first, last, all ? most : kNever, enough);
+  if (all || coarse.cost < enough) return coarse.cost;
+  const Border fine =
+      best_border(lines, about(first, coarse.first), about(last, coarse.last), most, enough);
   return std::min(coarse.cost, fine.cost);
 }
 
@@ -217,8 +224,10 @@ EdgeEvidence edge_evidence(const DisparityImage& image, const DisparityGeometry&
     }
   }
   prepare(lines);
-  evidence.gain = least_parted(lines);
   evidence.lines = static_cast<int>(lines.size());
+  double own = 0;
+  for (const Line& l : lines) own += l.own;
+  evidence.gain = least_parted(lines, own + EdgeEvidence::kLeast * evidence.lines);
   for (const Line& l : lines) evidence.gain -= l.own;
   return evidence;
 }

@@ -16,11 +16,14 @@ struct PixelBox {
 /// A narrow region against its two neighbours. Where one surface ends over another, blocks that
 /// hold both lie on a slanting plane of their own.
 struct EdgeEvidence {
-  int lines = 0;    ///< rows or columns looked at, across the region
-  double gain = 0;  ///< by which the region makes the fit better, in variances of a pixel
+  int lines = 0;  ///< rows or columns looked at, across the region
+  /// By which the region makes the fit better, in variances of a pixel. Which side of kLeast a line
+  /// it is on is all that is found out: it is not the exact one of the best border.
+  double gain = 0;
   /// Its border with each neighbour is free in every line, that of the neighbours with each other
   /// is one straight line: two borders a line gain a variance each by chance.
-  bool is_edge() const { return lines > 0 && gain < 2.0 * lines; }
+  static constexpr double kLeast = 2;
+  bool is_edge() const { return lines > 0 && gain < kLeast * lines; }
 };
 
 /// The pixels of region k and a few beyond, explained in two ways: by itself between what lies on

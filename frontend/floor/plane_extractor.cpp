@@ -88,8 +88,13 @@ bool PlaneExtractor::is_edge(std::size_t k, double across, double down) const {
   int c0 = blocks_.columns, c1 = 0, r0 = blocks_.rows, r1 = 0;
   const auto labels = regions_.labels();
   for (int r = 0; r < blocks_.rows; ++r) {
+    const std::int16_t* const row = labels.data() + blocks_.index(0, r);
+    // Narrow as it is, most rows hold none of it.
+    unsigned any = 0;
+    for (int c = 0; c < blocks_.columns; ++c) any |= row[c] == static_cast<int>(k);
+    if (any == 0) continue;
     for (int c = 0; c < blocks_.columns; ++c) {
-      if (labels[static_cast<std::size_t>(blocks_.index(c, r))] != static_cast<int>(k)) continue;
+      if (row[c] != static_cast<int>(k)) continue;
       c0 = std::min(c0, c);
       c1 = std::max(c1, c + 1);
       r0 = std::min(r0, r);
