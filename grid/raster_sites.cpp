@@ -106,9 +106,12 @@ void choose_sites(const std::vector<PathPoint>& path, float fallback, const Rast
     }
   }
   if (sources.empty()) {
-    const float along_path = path_height(path, options, tile);
-    const float reference = along_path == along_path ? along_path : fallback;
-    for (Site& site : tile.sites) site.reference = reference;
+    const bool carried = fallback == fallback;
+    const float reference = carried ? fallback : path_height(path, options, tile);
+    for (Site& site : tile.sites) {
+      site.reference = reference;
+      site.from_afar = carried;
+    }
   } else if (sources.size() < tile.sites.size()) {
     spread_references(sources, tile);
   }

@@ -73,6 +73,7 @@ struct Site {
   bool reached = false;        ///< the surface is connected to the path
   bool met = false;            ///< it is not, and single points alone say that it is there
   bool surface_above = false;  ///< what blocks is a surface seen from above: it has an edge
+  bool from_afar = false;      ///< `reference` is the floor of another place; no path leads here
   std::uint8_t flags = 0;
   // By the sites around (`look_around`).
   bool complete = true;     ///< something is known of all eight
@@ -84,7 +85,7 @@ struct Site {
     return std::memcmp(this, &other, offsetof(Site, complete)) == 0;
   }
 };
-static_assert(std::is_trivially_copyable_v<Site> && offsetof(Site, complete) == 9 * 4 + 6);
+static_assert(std::is_trivially_copyable_v<Site> && offsetof(Site, complete) == 9 * 4 + 7);
 
 /// A link between components of neighbouring tiles.
 struct Link {
@@ -173,7 +174,8 @@ void find_seeds(const std::vector<PathPoint>& path, const RasterOptions& options
 /// May a robot's floor go on from one level to the other? Generous: twice T where noise is large.
 bool connects(const Level& a, const Level& b, const RasterOptions& options);
 /// 3: which level is the robot's, and what blocks. `path` as for the references of the tile;
-/// `fallback`: height of the floor where the path says nothing (NaN: none).
+/// `fallback`: height of the floor where a camera was carried, and its path tells none (NaN: the
+/// path does).
 void choose_sites(const std::vector<PathPoint>& path, float fallback, const RasterOptions& options,
                   Tile& tile);
 /// Lower bound (map z) of the lowest thing in a cell that is in the way of a robot on a floor at

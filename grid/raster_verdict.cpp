@@ -230,7 +230,10 @@ NavigabilityCell verdict(const SitesAround& around, const RasterOptions& options
 
   // Below the floor around and not connected to it: a pit, or stairs that go down.
   if (!site->reached && site->height < site->reference - static_cast<float>(options.max_step)) {
-    const float depth = site->reference - site->height - static_cast<float>(options.max_step);
+    // Nothing tells how two floors that nothing joins lie to each other but for their poses.
+    const double clear = site->from_afar ? options.level_gap : options.max_step;
+    const float depth = site->reference - site->height - static_cast<float>(clear);
+    if (!(depth > 0)) return why = Doubt::kStep, cell;
     return never(cell, site->variance > 0 ? normal_cdf(depth / std::sqrt(site->variance)) : 1.0F);
   }
   const float level = slope_probability(*site, slope, options);

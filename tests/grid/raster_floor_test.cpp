@@ -24,6 +24,24 @@ TEST(RasterFloor, ATopAtACarriedCamerasHeightIsNoFloor) {
   EXPECT_TRUE(rasterizer.floor_under_path());
 }
 
+// What the camera looked past lies between two parts of one floor: its own height tells nothing of
+// where the floor is.
+TEST(RasterFloor, FloorThatNothingJoinsToTheLargestIsNoPitUnderACarriedCamera) {
+  const auto at_height = [](double z) {
+    PlanarMap map;
+    test::add_path(map, {-2, 0, 1.5}, {4, 0, 1.5});
+    test::add_floor(map, {-3, -2}, {1, 2}, [](double, double) { return 0.0; });
+    test::add_floor(map, {3, -1}, {6, 1}, [z](double, double) { return z; });
+    return test::at(rasterize(map), 5.025, 0.025);
+  };
+  EXPECT_EQ(at_height(0).navigability, 1.0F);
+  EXPECT_EQ(at_height(-0.015).navigability, 1.0F);
+  // How two such parts lie to each other is no better known than the path between them.
+  EXPECT_FALSE(at_height(-0.05).known());
+  EXPECT_EQ(at_height(-0.4).navigability, 0.0F);
+  EXPECT_EQ(at_height(-0.4).confidence, 1.0F);
+}
+
 // A platform of 12 cm: its surfels end where a camera 0.5 m high sees it too flat, single patches
 // go on.
 class RasterPlatform : public ::testing::Test {
