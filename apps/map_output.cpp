@@ -12,6 +12,7 @@
 #include <set>
 
 #include <lamina/apps/ground_hits.hpp>
+#include <lamina/apps/leaning_walls.hpp>
 #include <lamina/apps/overhangs.hpp>
 #include <lamina/apps/recorded_stamps.hpp>
 #include <lamina/backend/refiner.hpp>
@@ -236,6 +237,8 @@ void MapOutput::note(const std::string& file, const std::string& what) {
 
 void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
   const auto timer = metrics.time("raster");
+  if (const std::size_t out = leave_out_leaning(map.planes); out > 0)
+    metrics.counts["leaning_walls"] = static_cast<double>(out);
   constexpr double kScanBand = 0.1;  // m about the scanner's height that its rays speak for
   constexpr double kNobodyKnows = std::numeric_limits<double>::quiet_NaN();
   std::optional<OccupancyGrid> occupancy;
