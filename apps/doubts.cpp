@@ -4,6 +4,33 @@
 #include <fmt/format.h>
 
 namespace lamina::apps {
+namespace {
+
+// What calibration.yaml says of the depth camera, against what its images show.
+void add_doubts_of_depth(const FrontEnd& front_end, std::vector<std::string>& all) {
+  if (const OpticalWatch& optical = front_end.optical(); optical.rotation_missing()) {
+    all.push_back(fmt::format(
+        "T_body_camera turns nothing, so that the camera looks along the body's z, straight up: {} "
+        "of {} images show a floor so, {} if it looks ahead, {:.2f} m below it. Its optical "
+        "rotation (x right, y down, z ahead) seems to be missing: looking straight ahead it is "
+        "rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]; the map is of little use without",
+        optical.floors_as_stated(), optical.images(), optical.floors_if_ahead(),
+        optical.height_if_ahead()));
+  }
+  constexpr std::int64_t kImages = 10;  // fewer tell little
+  constexpr double kNoisy = 1.5;        // quieter blocks of clean sensors are below the model
+  const NoiseWatch& noise = front_end.depth_noise();
+  if (noise.images() < kImages) return;
+  if (noise.median() >= kNoisy) {
+    all.push_back(fmt::format(
+        "noise of depth images is {:.1f} times what calibration.yaml says of the camera (median "
+        "over {} images): is its `model` the sensor's own, and disparity_sigma? Obstacles and "
+        "walls of the map are less sure than they say",
+        noise.median(), noise.images()));
+  }
+}
+
+}  // namespace
 
 std::vector<std::string> doubts(const std::string& input, const FrontEnd& front_end,
                                 io::Metrics& metrics) {
@@ -61,6 +88,7 @@ std::vector<std::string> doubts(const std::string& input, const FrontEnd& front_
         "nothing else in range): along it the path is a guess there, off by part of that way",
         metrics.counts["open_direction_longest_m"]));
   }
+  add_doubts_of_depth(front_end, all);
   return all;
 }
 

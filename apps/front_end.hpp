@@ -13,6 +13,8 @@
 #include <lamina/frontend/floor/depth_distortion.hpp>
 #include <lamina/frontend/floor/floor_frontend.hpp>
 #include <lamina/frontend/floor/knock_watch.hpp>
+#include <lamina/frontend/floor/noise_watch.hpp>
+#include <lamina/frontend/floor/optical_watch.hpp>
 #include <lamina/frontend/floor/tilted_start.hpp>
 #include <lamina/frontend/observation.hpp>
 #include <lamina/frontend/obstacles/depth_looker.hpp>
@@ -113,6 +115,10 @@ class FrontEnd {
   void tell_scanner_noise(io::Metrics& metrics) const;
   /// Images in which the ground changes its slope.
   std::int64_t slopes_seen() const { return slopes_seen_; }
+  /// How noisy depth images are, against what their calibration says.
+  const NoiseWatch& depth_noise() const { return depth_noise_; }
+  /// Where they show floor, if their calibration turns nothing.
+  const OpticalWatch& optical() const { return optical_; }
   /// Measurements that were left out, by reason.
   std::map<std::string, std::int64_t> skipped() const;
   /// For archives (models/archive.hpp): all that one measurement leaves to the next.
@@ -126,7 +132,7 @@ class FrontEnd {
            T_start_image, image_velocity, skipped, ground_returns, last_slope, last_two_slopes,
            slopes_seen, knocks, last_sight, since_image, lifted_since_scan, ever_lifted,
            follow_slopes, images_beside_wheels, sweep_watch, scans_tell_scale, scan_left,
-           range_noise, scanner_noise] = v;
+           range_noise, scanner_noise, depth_noise, optical] = v;
     static_cast<void>(follow_slopes);         // of the mode
     static_cast<void>(images_beside_wheels);  // likewise
     static_cast<void>(distortion);            // of the recording, before it is mapped
@@ -141,7 +147,7 @@ class FrontEnd {
       segments, scan_odometry, T_start_body, last_step, last_told, last_scan, T_start_scan_body,
       since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns,
       last_slope, last_two_slopes, slopes_seen, knocks, last_sight, since_image, lifted_since_scan,
-      ever_lifted, sweep, sweep_watch, scan_left, range_noise, scanner_noise);
+      ever_lifted, sweep, sweep_watch, scan_left, range_noise, scanner_noise, depth_noise, optical);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -249,6 +255,8 @@ class FrontEnd {
   LeftToWheels scan_left_;  // by the last scan, and as likely between it and the next
   RangeNoise range_noise_;
   double scanner_noise_ = 0;  // m, at most, where it is more than stated
+  NoiseWatch depth_noise_;
+  OpticalWatch optical_;
 };
 
 }  // namespace lamina::apps

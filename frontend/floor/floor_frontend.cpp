@@ -168,6 +168,7 @@ FloorResult FloorFrontend::process(const DepthFrame& frame) {
   s.extractor.extract(frame, {prior.T_body_camera, prior.knowledge != MountingKnowledge::kUnknown});
   result.times = s.extractor.times();
   result.skipped_sections = s.extractor.skipped_sections();
+  result.noise_scale = s.extractor.noise_scale();
 
   Stopwatch watch;
   s.collect_planes(result);

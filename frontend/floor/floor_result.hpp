@@ -110,6 +110,9 @@ struct FloorResult {
   std::vector<Eigen::Vector3d> obstacle_points_body;  ///< above the floor, on no plane
   std::vector<std::pair<int, int>> skipped_sections;  ///< dropped by the time budget
   FloorStageTimes times;
+  /// Noise of this image's pixels over what its calibration says, 1 to 4 (not told: 1): that of
+  /// the quieter quarter of its blocks about planes of their own.
+  double noise_scale = 1;
 
   /// Label of a pixel: index into `planes`, -1: none.
   int plane_at(int u, int v, int width) const {

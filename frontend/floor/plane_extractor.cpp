@@ -22,7 +22,8 @@ void PlaneExtractor::estimate_noise(const DepthNoise& model) {
   // Quantisation is uniform over its step: step^2 / 12.
   const double nominal = std::sqrt(model.disparity_sigma * model.disparity_sigma +
                                    model.disparity_step * model.disparity_step / 12);
-  const double sigma = std::max(nominal, 1e-4) * noise_scale(blocks_, std::max(nominal, 1e-4));
+  noise_scale_ = lamina::noise_scale(blocks_, std::max(nominal, 1e-4));
+  const double sigma = std::max(nominal, 1e-4) * noise_scale_;
   noise_.pixel = sigma * sigma;
   noise_.per_pixel = noise_.pixel * std::max(1.0, model.pixels_per_sample());
   noise_.shared = noise_.local = model.disparity_floor * model.disparity_floor;

@@ -30,6 +30,8 @@ class PlaneExtractor {
   const DisparityGeometry& geometry() const { return geometry_; }
   const BlockImage& blocks() const { return blocks_; }
   const BlockNoise& noise() const { return noise_; }
+  /// Of the pixels of the last image over the model's.
+  double noise_scale() const { return noise_scale_; }
   const PlaneRegions& regions() const { return regions_; }
   std::vector<std::uint8_t>& pixel_labels() { return pixel_labels_; }
   const std::vector<std::int16_t>& block_labels() const { return labeller_.majority(); }
@@ -54,6 +56,7 @@ class PlaneExtractor {
   DisparityGeometry geometry_;
   BlockImage blocks_;
   BlockNoise noise_;
+  double noise_scale_ = 1;
   PlaneRegions regions_;
   PixelLabeller labeller_;
   SE3 T_level_camera_;

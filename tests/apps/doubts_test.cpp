@@ -3,6 +3,8 @@
 
 #include <lamina/apps/doubts.hpp>
 
+#include "../frontend/floor/depth_scene.hpp"
+
 namespace lamina::apps {
 namespace {
 
@@ -57,6 +59,58 @@ TEST(Doubts, AWayByWheelsAloneIsToldWhereItMatters) {
   EXPECT_NE(told[0].find("off by some 1.3 m"), std::string::npos) << told[0];
   metrics.counts["by_wheels_alone_sigma_m"] = 0.1;
   EXPECT_TRUE(doubts("recording", front_end, metrics).empty());
+}
+
+// What is said of a dozen images alike, of a room's floor and end.
+std::vector<std::string> doubts_of_images(DepthFrame frame) {
+  FrontEnd front_end({}, {});
+  io::Metrics metrics;
+  for (int k = 0; k < 12; ++k) {
+    frame.stamp = Timestamp::from_seconds(1 + 0.1 * k);
+    front_end.process(frame, metrics);
+  }
+  metrics.counts = {{"steps", 12}};
+  return doubts("recording", front_end, metrics);
+}
+
+DepthFrame room_image(double sigma_px) {
+  return testing::draw({testing::floor_piece(), testing::wall_piece(2.5)},
+                       testing::small_test_camera(0.4), sigma_px);
+}
+
+TEST(Doubts, ImagesAsTheirCalibrationSaysAreNotDoubted) {
+  EXPECT_TRUE(doubts_of_images(room_image(0.05)).empty());
+}
+
+TEST(Doubts, NoiseFarAboveTheModelIsTold) {
+  const auto told = doubts_of_images(room_image(0.2));
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("noise of depth images is "), std::string::npos) << told[0];
+  EXPECT_NE(told[0].find(" times what calibration.yaml says"), std::string::npos) << told[0];
+}
+
+TEST(Doubts, AMountingThatTurnsNothingWhileTheFloorLiesBelowAnOpticalFrameIsTold) {
+  DepthFrame frame = room_image(0.05);
+  frame.camera.camera.T_body_camera = SE3();
+  const auto told = doubts_of_images(frame);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("0 of 12 images show a floor so, 12 if it looks ahead, 0.80 m below it"),
+            std::string::npos)
+      << told[0];
+  EXPECT_NE(told[0].find("[-0.5, 0.5, -0.5, 0.5]"), std::string::npos);
+}
+
+// A camera that looks up at a ceiling by its mounting.
+TEST(Doubts, ACameraThatLooksUpIsNotDoubted) {
+  DepthFrame frame = testing::draw(
+      {{Plane({0, 0, -1}, -2.5)}},
+      [] {
+        DepthCamera camera = testing::small_test_camera(0);
+        camera.camera.T_body_camera = SE3();
+        return camera;
+      }(),
+      0.05);
+  EXPECT_TRUE(doubts_of_images(frame).empty());
 }
 
 }  // namespace
