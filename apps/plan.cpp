@@ -61,7 +61,7 @@ int plan(const std::filesystem::path& map, const Eigen::Vector2d& from, const Ei
 
 Verb plan_verb() {
   return {"plan", "shortest safe path on a map's grid; writes path.csv and path.png",
-          "lamina plan out/office --from 0,0 --to 8.5,-2", [](CLI::App& app) {
+          "lamina plan out/demo/room --from 1,1 --to 2,2", [](CLI::App& app) {
             auto map = std::make_shared<std::string>();
             auto from = std::make_shared<std::string>();
             auto to = std::make_shared<std::string>();
