@@ -233,25 +233,20 @@ bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, int 
   return any;
 }
 
-// Up to eight columns of a window, from its column `u` on.
-PixelRows PixelLabeller::rows_of(const Window& w, int u) const {
-  return {image_->row(w.v0) + w.u0 + u,
-          out_->data() + w.offset + u,
-          image_->width,
-          std::min(kRow, w.width - u),
-          w.height,
-          static_cast<float>(w.u0 + u - geometry_->cx),
-          w.v0,
-          geometry_->cy};
-}
-
 void PixelLabeller::label_pixels(Border& border, const Candidates& near, float sigmas,
                                  bool measure) {
   const Window& w = border.window;
   std::array<Float4, Candidates::kMost> least;
   if (measure) least.fill(all(1e30F));
   for (int u = 0; u < w.width; u += kRow) {
-    const PixelRows rows = rows_of(w, u);
+    const PixelRows rows{image_->row(w.v0) + w.u0 + u,
+                         out_->data() + w.offset + u,
+                         image_->width,
+                         std::min(kRow, w.width - u),
+                         w.height,
+                         static_cast<float>(w.u0 + u - geometry_->cx),
+                         w.v0,
+                         geometry_->cy};
     if (measure) {
       label_rows<true>(rows, near, sigmas * sigmas, least.data());
     } else {
@@ -297,7 +292,15 @@ void PixelLabeller::settle_creases(const PlaneRegions& regions, const Border& bo
       const Crease crease{difference.x(), band, side, static_cast<std::uint8_t>(near.label[k] + 1),
                           static_cast<std::uint8_t>(near.label[j] + 1)};
       for (int u = 0; u < w.width; u += kRow) {
-        crease.settle_rows(rows_of(w, u), difference.y(), difference.z());
+        const PixelRows rows{image_->row(w.v0) + w.u0 + u,
+                             out_->data() + w.offset + u,
+                             image_->width,
+                             std::min(kRow, w.width - u),
+                             w.height,
+                             static_cast<float>(w.u0 + u - geometry_->cx),
+                             w.v0,
+                             geometry_->cy};
+        crease.settle_rows(rows, difference.y(), difference.z());
       }
     }
   }

@@ -11,8 +11,6 @@
 
 namespace lamina {
 
-struct PixelRows;
-
 /// Labels of pixels: region index + 1, 0: none. Blocks amid their own kind are filled (missing
 /// pixels stay 0), but for those with outliers; in all others a pixel goes to the plane of a block
 /// around (two blocks' reach) that fits it best. The planes are then refitted on their own pixels,
@@ -93,7 +91,6 @@ class PixelLabeller {
                 (std::abs(difference.x()) + std::abs(difference.y()))};
   }
   Candidates candidates_of(const Border& border, unsigned wanted) const;
-  PixelRows rows_of(const Window& w, int u) const;
   void label_pixels(Border& border, const Candidates& near, float sigmas, bool measure);
   void settle_creases(const PlaneRegions& regions, const Border& border, const Candidates& near,
                       float band);
