@@ -15,7 +15,9 @@ namespace {
 // The hidden file beside; what is left of it goes, whatever ended the writing.
 struct Aside {
   explicit Aside(const std::filesystem::path& file) : path(file) {
-    path.replace_filename("." + file.filename().string() + ".part");
+    std::string name = ".";  // "." + text warns falsely in GCC 12 (its bug 105329)
+    name += file.filename().string();
+    path.replace_filename(name + ".part");
   }
   ~Aside() {
     std::error_code ignored;

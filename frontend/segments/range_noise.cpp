@@ -1,15 +1,25 @@
-// The median roughness of the last scans against what is stated.
+// The median roughness of many scans, or of the last few where those are calmer, against the
+// stated.
 #include <lamina/frontend/segments/range_noise.hpp>
 
 #include <algorithm>
 
 namespace lamina {
 namespace {
-constexpr std::size_t kScans = 50;
+// A scanner's noise hardly changes, what it sees does: the median is steady over many scans.
+constexpr std::size_t kScans = 500;
+// What these last ones say counts where they scatter by clearly less than the many.
+constexpr std::size_t kLast = 50;
 // Up to here the stated noise does: rounded ranges and rough walls make a real scanner's scans as
 // rough.
 constexpr double kClearly = 1.5;
 constexpr double kMost = 10;  // times the stated noise: beyond, it is the surroundings
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 }  // namespace
 
 double RangeNoise::hear(const LaserScan& scan) {
@@ -26,11 +36,20 @@ double RangeNoise::hear(const LaserScan& scan) {
   }
   sigma_ = stated;
   if (told_.empty()) return sigma_;
-  std::vector<double> sorted = told_;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  if (*middle > kClearly * stated) sigma_ = std::min(*middle, kMost * stated);
+  double told = median(told_);
+  if (const double last = median(last_told()); last * kClearly < told) told = last;
+  if (told > kClearly * stated) sigma_ = std::min(told, kMost * stated);
   return sigma_;
+}
+
+std::vector<double> RangeNoise::last_told() const {
+  const std::size_t size = told_.size();
+  const std::size_t count = std::min(kLast, size);
+  const std::size_t end = static_cast<std::size_t>(next_) + size;
+  std::vector<double> last;
+  last.reserve(count);
+  for (std::size_t k = end - count; k < end; ++k) last.push_back(told_[k % size]);
+  return last;
 }
 
 }  // namespace lamina

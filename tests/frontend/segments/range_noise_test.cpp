@@ -65,5 +65,19 @@ TEST(RangeNoise, GoesBackWhereScansDo) {
   EXPECT_EQ(noise.sigma(), 0.01);
 }
 
+// Rough surroundings for a while are no other scanner.
+TEST(RangeNoise, IsSteady) {
+  ScanMaker maker;
+  std::mt19937 random(5);
+  RangeNoise noise;
+  for (int k = 0; k < 200; ++k) {
+    maker.noise.range_sigma = k < 140 ? 0.03 : 0.045;
+    LaserScan scan = maker.scan(test::room(6, 4, 2, 1.5, 0.1 * k), random);
+    scan.lidar.noise.range_sigma = 0.01;
+    noise.hear(scan);
+  }
+  EXPECT_NEAR(noise.sigma(), 0.03, 0.004);
+}
+
 }  // namespace
 }  // namespace lamina
