@@ -70,11 +70,23 @@ std::vector<std::string> doubts(const std::string& input, const FrontEnd& front_
   const double noticed = most ? 0.25 : 0.5;  // m
   if (const double off = metrics.counts["by_wheels_alone_sigma_m"]; off > noticed) {
     all.push_back(fmt::format(
-        "wheels alone told {:.0f} of {:.0f} m of way ({:.0f} m how long it was, {:.0f} m the "
-        "heading: what was seen left these open): by what is known of the wheels the path is "
-        "likely off by some {:.1f} m, and the map with it",
+        "wheels alone told {:.0f} of {:.0f} m of way (how long it was over {:.1f} m, the heading "
+        "over {:.1f} m: what was seen left these open): by what is known of the wheels the path "
+        "beyond is likely off by some {:.1f} m, and the map with it",
         metrics.counts["by_wheels_alone_m"], metrics.counts["path_m"],
         metrics.counts["way_by_wheels_alone_m"], metrics.counts["heading_by_wheels_alone_m"], off));
+  }
+  // Scale and noise of wheels are in that figure; slips are not, and where nothing else tells the
+  // way nothing contradicts them.
+  constexpr double kSlip = 0.02, kSlipNoticed = 0.25;  // share of the way, m
+  const double alone = metrics.counts["way_by_wheels_alone_longest_m"];
+  if (kSlip * alone > kSlipNoticed) {
+    all.push_back(fmt::format(
+        "from {:.1f} to {:.1f} s nothing but wheels told how far the robot went, over {:.1f} m (a "
+        "bare corridor or hall, longer than what was seen): a slip of {:.0f} % there would put all "
+        "that follows {:.1f} m off, and nothing in the map would say so",
+        metrics.counts["way_by_wheels_alone_longest_from_s"],
+        metrics.counts["way_by_wheels_alone_longest_to_s"], alone, 100 * kSlip, kSlip * alone));
   }
   const double open = metrics.counts["steps_with_open_direction"];
   if (open > 0.5 * steps) {

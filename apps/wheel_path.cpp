@@ -25,8 +25,10 @@ SE3 with_errors(const Step& step, const Eigen::Vector3d& e) {
   return left.way ? off : SE3(off.so3(), T.translation());
 }
 
-// Its stated noise, ahead and in heading.
+// Its stated noise, ahead and in heading. Where tracking was lost the covariance is that of having
+// been carried away, which is told as such.
 Matrix6d noise_of(const Step& step, double moved) {
+  if (step.tracking_lost) return Matrix6d::Zero();
   Vector6d along = Vector6d::Zero();
   along.head<3>() = step.motion.T_from_to.translation() / moved;
   const Matrix6d& C = step.motion.covariance;
@@ -38,11 +40,28 @@ Matrix6d noise_of(const Step& step, double moved) {
 
 }  // namespace
 
+void WheelPath::note_stretch(const Step& step, double moved) {
+  if (step.left_to_wheels.way) {
+    if (stretch_.way == 0) stretch_.from = last_;
+    stretch_.way += moved;
+    stretch_.to = step.observations.stamp;
+    seen_ = 0;
+    if (stretch_.way > longest_.way) longest_ = stretch_;
+  } else if ((seen_ += moved) > kFoundAgain) {
+    stretch_ = {};
+  }
+  last_ = step.observations.stamp;
+}
+
 void WheelPath::add(const Step& step) {
-  if (!std::exchange(begun_, true)) return;
+  if (!std::exchange(begun_, true)) {
+    last_ = step.observations.stamp;
+    return;
+  }
   const SE3& T = step.motion.T_from_to;
   const LeftToWheels& left = step.left_to_wheels;
   const double moved = T.translation().norm();
+  note_stretch(step, moved);
   const Matrix6d J = T.inverse().adjoint();
   off_ = (J * off_).eval();
   noise_ = (J * noise_ * J.transpose()).eval();
@@ -89,6 +108,10 @@ void WheelPath::tell(const Eigen::Vector3d& sigmas, io::Metrics& metrics) const 
   metrics.counts["way_by_wheels_alone_m"] = way_;
   metrics.counts["heading_by_wheels_alone_m"] = heading_;
   metrics.counts["by_wheels_alone_sigma_m"] = sigma(sigmas);
+  if (!(longest_.way > 0)) return;
+  metrics.counts["way_by_wheels_alone_longest_m"] = longest_.way;
+  metrics.counts["way_by_wheels_alone_longest_from_s"] = longest_.from.seconds();
+  metrics.counts["way_by_wheels_alone_longest_to_s"] = longest_.to.seconds();
 }
 
 }  // namespace lamina::apps

@@ -6,6 +6,7 @@
 
 #include <lamina/apps/front_end.hpp>
 #include <lamina/io/metrics.hpp>
+#include <lamina/models/timestamp.hpp>
 
 namespace lamina::apps {
 
@@ -28,11 +29,20 @@ class WheelPath {
   double heading() const { return heading_; }  ///< m over which only wheels told the heading
   double alone() const { return alone_; }      ///< m of either
   double slipped() const { return slipped_; }  ///< m that wheels slipped by, as scans found out
+  /// A stretch in which nothing but wheels told how far the robot went, up to a metre of what was
+  /// seen in between: a slip there contradicts nothing.
+  struct Stretch {
+    double way = 0;      ///< m of it that wheels told
+    Timestamp from, to;  ///< stamps of the steps it begins after and ends with
+  };
+  const Stretch& longest() const { return longest_; }
   /// m, 1-sigma: root mean square over the path's length of how far places are off in the map, by
   /// wheels with lawful errors of `sigmas` (scale, drift in rad/m, turn scale).
   double sigma(const Eigen::Vector3d& sigmas) const;
 
  private:
+  void note_stretch(const Step& step, double moved);
+
   using ByErrors = Eigen::Matrix<double, 6, 3>;
   Eigen::Vector3d known_ = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   bool begun_ = false;
@@ -41,7 +51,10 @@ class WheelPath {
   Eigen::Matrix3d sum_off_ = Eigen::Matrix3d::Zero();  // of J^T J times metres, J: place by errors
   double sum_noise_ = 0, path_ = 0;                    // m^3, m
   double way_ = 0, heading_ = 0, alone_ = 0, slipped_ = 0;
-  double held_ = 0;  // m since wheels last told a heading
+  double held_ = 0;            // m since wheels last told a heading
+  Stretch stretch_, longest_;  // the former: up to the last step, or until a metre ago
+  double seen_ = 0;            // m since wheels last told the way
+  Timestamp last_;             // of the step before
 };
 
 }  // namespace lamina::apps

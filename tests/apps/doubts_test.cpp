@@ -61,6 +61,27 @@ TEST(Doubts, AWayByWheelsAloneIsToldWhereItMatters) {
   EXPECT_TRUE(doubts("recording", front_end, metrics).empty());
 }
 
+// A slip of some decimetres along it passed without a word.
+TEST(Doubts, ALongStretchByWheelsAloneIsNamed) {
+  const FrontEnd front_end({}, {});
+  io::Metrics metrics;
+  metrics.counts = {{"steps", 1000},
+                    {"path_m", 60},
+                    {"by_wheels_alone_m", 26},
+                    {"by_wheels_alone_sigma_m", 0.09},
+                    {"way_by_wheels_alone_longest_m", 25},
+                    {"way_by_wheels_alone_longest_from_s", 1012.25},
+                    {"way_by_wheels_alone_longest_to_s", 1054}};
+  const auto told = doubts("recording", front_end, metrics);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("from 1012.2 to 1054.0 s nothing but wheels"), std::string::npos)
+      << told[0];
+  EXPECT_NE(told[0].find("over 25.0 m"), std::string::npos) << told[0];
+  EXPECT_NE(told[0].find("off by 0.5 m"), std::string::npos) << told[0];
+  metrics.counts["way_by_wheels_alone_longest_m"] = 12;
+  EXPECT_TRUE(doubts("recording", front_end, metrics).empty());
+}
+
 // What is said of a dozen images alike from one place, of a room's floor and end.
 std::vector<std::string> doubts_of_images(DepthFrame frame) {
   FrontEnd front_end({}, {});

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include <lamina/apps/unknown_motion.hpp>
 #include <lamina/apps/wheel_path.hpp>
 
 namespace lamina::apps {
@@ -90,6 +91,43 @@ TEST(WheelPath, WheelsThatSlippedMaySlipUnseen) {
 TEST(WheelPath, StatedNoiseCountsToo) {
   const WheelPath path = path_of(400, {true, false}, 0.002);
   EXPECT_NEAR(path.sigma(Eigen::Vector3d::Zero()), 0.04 / std::sqrt(2), 0.001);
+}
+
+// What was seen for half a metre in between does not end it, more does.
+TEST(WheelPath, TheLongestStretchByWheelsAloneIsNamed) {
+  WheelPath path;
+  int i = 0;
+  const auto go = [&](int steps, bool way) {
+    for (; steps > 0; --steps, ++i) {
+      Step step = step_of(SE3::planar(0.1, 0, 0), {way, false});
+      step.observations.stamp = Timestamp::from_seconds(1000 + 0.5 * i);
+      path.add(step);
+    }
+  };
+  go(101, false);
+  go(100, true);
+  go(5, false);
+  go(50, true);
+  go(20, false);
+  go(70, true);
+  EXPECT_NEAR(path.longest().way, 15, 1e-6);
+  io::Metrics metrics;
+  path.tell(kUsual, metrics);
+  EXPECT_NEAR(metrics.counts["way_by_wheels_alone_longest_from_s"], 1050, 1e-6);
+  EXPECT_NEAR(metrics.counts["way_by_wheels_alone_longest_to_s"], 1127.5, 1e-6);
+}
+
+// One step in which the robot may have been carried off by a metre: "alone told 0 of 131 m, off by
+// 1.7 m".
+TEST(WheelPath, LostTrackingIsNotTheWheelsNoise) {
+  WheelPath path = path_of(100, {});
+  Step lost = step_of(SE3::planar(0.1, 0, 0), {true, true});
+  lost.tracking_lost = true;
+  lost.motion.covariance += carried_away();
+  path.add(lost);
+  for (int i = 0; i < 1000; ++i) path.add(step_of(SE3::planar(0.1, 0, 0), {}));
+  EXPECT_NEAR(path.alone(), 0.1, 1e-6);
+  EXPECT_LT(path.sigma(kUsual), 0.02);
 }
 
 }  // namespace
