@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/plane_evidence.hpp>
@@ -93,6 +94,32 @@ TEST(PlaneViews, AScansFloorIsNotThatOfImagesBesideIt) {
   const auto& plane = mapper.graph().planes.front().plane_anchor;
   const double yaw = std::asin(-plane.normal().y());
   EXPECT_LT(std::abs(yaw), 0.5 * kTurned);
+}
+
+// Each image has the narrow face turned by its own noise. The first one's normal was the factor's,
+// with the information of all of them.
+TEST(PlaneViews, TheNormalIsThatOfAllViews) {
+  const std::vector<double> turned{0.06, -0.02, -0.05, 0.03, -0.02};  // rad, mean 0
+  PlaneViews images(make_evidence(by_image(turned[0]), SE3()));
+  for (std::size_t i = 1; i < turned.size(); ++i) {
+    images.join(make_evidence(by_image(turned[i]), SE3()));
+  }
+  EXPECT_LT(std::abs(images.full()->plane_body.normal().y()), 0.003);
+
+  const auto scan = [](double yaw) {
+    SegmentObservation seen = by_scan();
+    const SO3 turn = SO3::exp(Eigen::Vector3d(0, 0, yaw));
+    const Eigen::Vector3d middle(kAhead, 0, 0);
+    seen.segment.moments = seen.segment.moments.transformed(SE3(turn, middle - turn * middle));
+    const Eigen::Vector3d n = turn * Eigen::Vector3d::UnitX();
+    seen.segment.theta = yaw;
+    seen.segment.rho = n.dot(middle);
+    return make_evidence(seen, SE3());
+  };
+  PlaneViews lines(scan(turned[0]));
+  for (std::size_t i = 1; i < turned.size(); ++i) lines.join(scan(turned[i]));
+  EXPECT_LT(std::abs(lines.lines()->plane_body.normal().y()), 0.003);
+  EXPECT_EQ(lines.lines()->plane_body.normal().z(), 0);
 }
 
 }  // namespace
