@@ -131,7 +131,9 @@ LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, double 
            (match.matched < options_.sure_matched &&
             contradiction(match, prediction) > options_.contradiction_chi_squared);
   };
-  if ((match.matched < options_.min_matched || unbelievable()) && !map_.empty() &&
+  // Without wheels nothing but the fit tells that a scan was matched beside its place.
+  const bool beside = !wheels && usual_.worse(match.matched);
+  if ((match.matched < options_.min_matched || beside || unbelievable()) && !map_.empty() &&
       points_.size() >= 10) {
     motion.searched = true;
     match = search_near(prediction, match);
