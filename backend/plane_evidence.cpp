@@ -43,28 +43,22 @@ void level_about(const Eigen::Vector3d& up, double height, PlaneEvidence& e) {
   e.scan_normal_body = e.scan_normal_body.dot(up) > 0 ? up : Eigen::Vector3d(-up);
 }
 
-// The plane through all of the moments, which may have another normal than the first view's: least
-// n^T S n; of lines of a level scanner among the normals in the scan. Unchanged where the moments
-// determine none, and for lines of a leaning one, whose moments are used as they lie.
-void fit_plane_to_moments(PlaneEvidence& e) {
+// The upright plane through all lines of a level scanner, which may have another normal than the
+// first one's: least n^T S n among normals in the scan. Unchanged where the moments determine none,
+// for lines of a leaning scanner, whose moments are used as they lie, and for images, whose normals
+// bend with the body's path through the keyframe (tum_fr3_structure_notexture_far: ATE 0.80 cm by
+// the first image's normal, 1.17 by that of all).
+void fit_plane_to_lines(PlaneEvidence& e) {
   constexpr double kTold = 10;  // times the information across, along at least
-  const Eigen::Vector3d& mean = e.moments_body.mean();
   const Eigen::Matrix3d& S = e.moments_body.scatter();
-  if (!S.allFinite() || !mean.allFinite()) return;
-  Eigen::Vector3d n;
-  if (e.partial) {
-    if (std::abs(e.scan_normal_body.z()) <= kLevelScan) return;
-    const Matrix32d B = Plane::tangent_basis(e.scan_normal_body);
-    const SymmetricEigen<2> in_scan = symmetric_eigen(Eigen::Matrix2d(B.transpose() * S * B));
-    if (!(in_scan.values(1) > kTold * std::max(0.0, in_scan.values(0)))) return;
-    n = B * in_scan.vectors.col(0);
-  } else {
-    const SymmetricEigen<3> eigen = symmetric_eigen(S);
-    if (!(eigen.values(1) > kTold * std::max(0.0, eigen.values(0)))) return;
-    n = eigen.vectors.col(0);
-  }
+  if (!e.partial || std::abs(e.scan_normal_body.z()) <= kLevelScan) return;
+  if (!S.allFinite() || !e.moments_body.mean().allFinite()) return;
+  const Matrix32d B = Plane::tangent_basis(e.scan_normal_body);
+  const SymmetricEigen<2> in_scan = symmetric_eigen(Eigen::Matrix2d(B.transpose() * S * B));
+  if (!(in_scan.values(1) > kTold * std::max(0.0, in_scan.values(0)))) return;
+  Eigen::Vector3d n = B * in_scan.vectors.col(0);
   if (n.dot(e.plane_body.normal()) < 0) n = -n;
-  e.plane_body = Plane(n, n.dot(mean));
+  e.plane_body = Plane(n, n.dot(e.moments_body.mean()));
 }
 
 }  // namespace
@@ -123,7 +117,7 @@ std::vector<PlaneEvidence> make_evidence(const Observations& observations) {
 void PlaneEvidence::join(const PlaneEvidence& other) {
   moments_body.merge(other.moments_body);
   partial = partial && other.partial;
-  fit_plane_to_moments(*this);
+  fit_plane_to_lines(*this);
   floor.sigma_rho = std::min(floor.sigma_rho, other.floor.sigma_rho);
   floor.sigma_tilt = std::min(floor.sigma_tilt, other.floor.sigma_tilt);
   floor.sigma_bend = std::min(floor.sigma_bend, other.floor.sigma_bend);
