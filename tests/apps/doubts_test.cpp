@@ -77,7 +77,7 @@ TEST(Doubts, ALongStretchByWheelsAloneIsNamed) {
   EXPECT_NE(told[0].find("from 1012.2 to 1054.0 s nothing but wheels"), std::string::npos)
       << told[0];
   EXPECT_NE(told[0].find("over 25.0 m"), std::string::npos) << told[0];
-  EXPECT_NE(told[0].find("off by 0.5 m"), std::string::npos) << told[0];
+  EXPECT_NE(told[0].find("all that follows 0.5 m off"), std::string::npos) << told[0];
   metrics.counts["way_by_wheels_alone_longest_m"] = 12;
   EXPECT_TRUE(doubts("recording", front_end, metrics).empty());
 }
