@@ -40,9 +40,9 @@ Matrix6d noise_of(const Step& step, double moved) {
 
 }  // namespace
 
-void WheelPath::note_stretch(const Step& step, double moved) {
+void WheelPath::note_stretch(const Step& step, double moved, Timestamp before) {
   if (step.left_to_wheels.way) {
-    if (stretch_.way == 0) stretch_.from = last_;
+    if (stretch_.way == 0) stretch_.from = before;
     stretch_.way += moved;
     stretch_.to = step.observations.stamp;
     seen_ = 0;
@@ -50,18 +50,15 @@ void WheelPath::note_stretch(const Step& step, double moved) {
   } else if ((seen_ += moved) > kFoundAgain) {
     stretch_ = {};
   }
-  last_ = step.observations.stamp;
 }
 
 void WheelPath::add(const Step& step) {
-  if (!std::exchange(begun_, true)) {
-    last_ = step.observations.stamp;
-    return;
-  }
+  const auto before = std::exchange(last_, step.observations.stamp);
+  if (!before) return;
   const SE3& T = step.motion.T_from_to;
   const LeftToWheels& left = step.left_to_wheels;
   const double moved = T.translation().norm();
-  note_stretch(step, moved);
+  note_stretch(step, moved, *before);
   const Matrix6d J = T.inverse().adjoint();
   off_ = (J * off_).eval();
   noise_ = (J * noise_ * J.transpose()).eval();

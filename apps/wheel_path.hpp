@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <limits>
+#include <optional>
 
 #include <lamina/apps/front_end.hpp>
 #include <lamina/io/metrics.hpp>
@@ -41,20 +42,20 @@ class WheelPath {
   double sigma(const Eigen::Vector3d& sigmas) const;
 
  private:
-  void note_stretch(const Step& step, double moved);
+  // Of a step of `moved` m since the one at `before`.
+  void note_stretch(const Step& step, double moved, Timestamp before);
 
   using ByErrors = Eigen::Matrix<double, 6, 3>;
   Eigen::Vector3d known_ = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-  bool begun_ = false;
   ByErrors off_ = ByErrors::Zero();                    // the pose's right tangent by the errors
   Matrix6d noise_ = Matrix6d::Zero();                  // its covariance by the stated noise
   Eigen::Matrix3d sum_off_ = Eigen::Matrix3d::Zero();  // of J^T J times metres, J: place by errors
   double sum_noise_ = 0, path_ = 0;                    // m^3, m
   double way_ = 0, heading_ = 0, alone_ = 0, slipped_ = 0;
-  double held_ = 0;            // m since wheels last told a heading
-  Stretch stretch_, longest_;  // the former: up to the last step, or until a metre ago
-  double seen_ = 0;            // m since wheels last told the way
-  Timestamp last_;             // of the step before
+  double held_ = 0;                // m since wheels last told a heading
+  Stretch stretch_, longest_;      // the former: up to the last step, or until a metre ago
+  double seen_ = 0;                // m since wheels last told the way
+  std::optional<Timestamp> last_;  // of the step before
 };
 
 }  // namespace lamina::apps

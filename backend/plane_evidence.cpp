@@ -45,9 +45,9 @@ void level_about(const Eigen::Vector3d& up, double height, PlaneEvidence& e) {
 
 // The upright plane through all lines of a level scanner, which may have another normal than the
 // first one's: least n^T S n among normals in the scan. Unchanged where the moments determine none,
-// for lines of a leaning scanner, whose moments are used as they lie, and for images, whose normals
-// bend with the body's path through the keyframe (tum_fr3_structure_notexture_far: ATE 0.80 cm by
-// the first image's normal, 1.17 by that of all).
+// and for lines of a leaning scanner, whose moments are used as they lie. Images keep the first
+// one's normal, which was the better one on tum_fr3_structure_notexture_far (ATE 0.80 cm, 1.17 by
+// that of all); why is open.
 void fit_plane_to_lines(PlaneEvidence& e) {
   constexpr double kTold = 10;  // times the information across, along at least
   const Eigen::Matrix3d& S = e.moments_body.scatter();
