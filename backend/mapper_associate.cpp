@@ -9,11 +9,13 @@
 #include <lamina/backend/level_gaps.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/mapper_step.hpp>
+#include <lamina/backend/piece_gap.hpp>
 
 namespace lamina {
 
 namespace {
 constexpr double kDegree = M_PI / 180.0;
+constexpr double kSpacing = 0.25;  // m, of points on outlines
 }  // namespace
 
 AssociationOptions followed(const AssociationOptions& options) {
@@ -74,11 +76,14 @@ std::vector<AssociationCandidate> Mapper::candidates(const PlaneEvidence& eviden
   // Areas join what they touch: what lies beyond a gap the refined map decides. Strokes of scans
   // are cut more often, and join strokes further away.
   const auto close = index_.near_close(points(index_.small_cell()));
+  const auto sampled = points(kSpacing);
   for (const PlaneId id : evidence.partial ? index_.near(points(index_.cell())) : close) {
     const PlaneLandmark& plane = graph_.at(id);
     if (!plane.active) continue;
-    if (evidence.partial && !std::binary_search(close.begin(), close.end(), id) &&
-        has_area(outlines_, id)) {
+    const bool area = !evidence.partial || has_area(outlines_, id);
+    if (evidence.partial && area && !std::binary_search(close.begin(), close.end(), id)) continue;
+    if (area && !falls_on(plane, sampled) &&
+        !beside(sampled, seen_points_map(plane), index_.cell())) {
       continue;
     }
     result.push_back({id, plane.plane_anchor, plane.anchor_map, relative_covariance(id)});
@@ -129,21 +134,24 @@ bool touches(const std::map<KeyframeId, PlaneViews>& seen, const PlaneEvidence& 
       std::all_of(seen.begin(), seen.end(), [](const auto& one) { return one.second.partial(); });
   if (evidence.partial && strokes) return true;
   PlaneIndex places(reach);
-  std::vector<Eigen::Vector3d> points;
-  for (const auto& p : sample_outline(evidence.outline_body, reach)) {
-    points.push_back(T_map_body * p);
-  }
-  places.insert(PlaneId(0), points);
+  const auto sampled = [](const std::vector<Eigen::Vector3d>& outline, const SE3& T,
+                          double spacing) {
+    std::vector<Eigen::Vector3d> all = sample_outline(outline, spacing);
+    for (auto& p : all) p = T * p;
+    return all;
+  };
+  places.insert(PlaneId(0), sampled(evidence.outline_body, T_map_body, reach));
+  bool near = false;
+  std::vector<Eigen::Vector3d> there;
   for (const auto& [id, one] : seen) {
     const Keyframe* keyframe = graph.find(id);
     if (!keyframe) continue;
-    std::vector<Eigen::Vector3d> there;
-    for (const auto& p : sample_outline(one.best().outline_body, reach)) {
-      there.push_back(keyframe->T_map_body * p);
-    }
-    if (!places.near(there).empty()) return true;
+    const auto& outline = one.best().outline_body;
+    near = near || !places.near(sampled(outline, keyframe->T_map_body, reach)).empty();
+    const auto more = sampled(outline, keyframe->T_map_body, kSpacing);
+    there.insert(there.end(), more.begin(), more.end());
   }
-  return false;
+  return near && beside(sampled(evidence.outline_body, T_map_body, kSpacing), there, 2 * reach);
 }
 
 // Whether two views of one moment cannot be of one plane, or are level with a lower one between.

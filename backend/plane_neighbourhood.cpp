@@ -2,14 +2,13 @@
 #include <lamina/backend/plane_neighbourhood.hpp>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
+
+#include <lamina/backend/piece_gap.hpp>
 
 namespace lamina {
 namespace {
 
-constexpr double kSpacing = 0.25;   // m, of points on outlines
-constexpr double kSurelyOne = 0.5;  // m: between coplanar pieces of any size
+constexpr double kSpacing = 0.25;  // m, of points on outlines
 
 bool all_strokes(const std::vector<OutlinePiece>& pieces) {
   return std::all_of(pieces.begin(), pieces.end(),
@@ -65,20 +64,7 @@ std::vector<std::pair<PlaneId, PlaneId>> PlaneNeighbourhood::pairs(double max_an
 }
 
 bool PlaneNeighbourhood::beside(PlaneId a, PlaneId b) const {
-  double least = std::numeric_limits<double>::infinity();
-  Eigen::Vector3d across = Eigen::Vector3d::Zero();
-  for (const auto& p : samples_.at(a)) {
-    for (const auto& q : samples_.at(b)) {
-      const double squared = (p - q).squaredNorm();
-      if (squared >= least) continue;
-      least = squared;
-      across = q - p;
-    }
-  }
-  const double gap = std::sqrt(least);
-  if (gap <= kSurelyOne) return true;
-  const double size = std::min(extent(a, across / gap), extent(b, across / gap));
-  return gap <= std::min(gap_, std::max(kSurelyOne, size));
+  return lamina::beside(samples_.at(a), samples_.at(b), gap_);
 }
 
 std::vector<PlaneId> PlaneNeighbourhood::smallest_first() const {
@@ -113,15 +99,6 @@ std::vector<PlaneId> PlaneNeighbourhood::members(PlaneId id) const {
     all.insert(all.end(), joined->second.begin(), joined->second.end());
   }
   return all;
-}
-
-double PlaneNeighbourhood::extent(PlaneId id, const Eigen::Vector3d& direction) const {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const auto& p : samples_.at(id)) {
-    low = std::min(low, direction.dot(p));
-    high = std::max(high, direction.dot(p));
-  }
-  return high - low;
 }
 
 }  // namespace lamina

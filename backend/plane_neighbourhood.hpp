@@ -28,7 +28,8 @@ class PlaneNeighbourhood {
                      bool lines);
   /// (fewer views, more views), each pair once, turned by less than that, an area in one of them.
   std::vector<std::pair<PlaneId, PlaneId>> pairs(double max_angle) const;
-  /// What lies between the two is no wider than what is seen of either that way, nor than the gap.
+  /// What lies between the two is no wider than what is seen of either that way (piece_gap.hpp),
+  /// nor than the gap.
   bool beside(PlaneId a, PlaneId b) const;
   const SeenPlane& seen(PlaneId id) const { return seen_.at(id); }
   std::vector<PlaneId> smallest_first() const;
@@ -42,8 +43,6 @@ class PlaneNeighbourhood {
   }
 
  private:
-  double extent(PlaneId id, const Eigen::Vector3d& direction) const;
-
   const Graph& graph_;
   double gap_;
   std::map<PlaneId, SeenPlane> seen_;

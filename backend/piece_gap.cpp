@@ -1,0 +1,56 @@
+// The nearest two points, and how far each set goes along the way between them.
+#include <lamina/backend/piece_gap.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lamina {
+namespace {
+
+constexpr double kSurelyOne = 0.5;  // m: between coplanar pieces of any size
+
+double extent(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& direction) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const auto& p : points) {
+    low = std::min(low, direction.dot(p));
+    high = std::max(high, direction.dot(p));
+  }
+  return high - low;
+}
+
+}  // namespace
+
+bool beside(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d> b, double most) {
+  double least = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d across = Eigen::Vector3d::Zero();
+  for (const auto& p : a) {
+    for (const auto& q : b) {
+      const double squared = (p - q).squaredNorm();
+      if (squared >= least) continue;
+      least = squared;
+      across = q - p;
+    }
+  }
+  const double gap = std::sqrt(least);
+  if (gap <= kSurelyOne) return true;
+  if (!(gap <= most)) return false;
+  return gap <= std::min(extent(a, across / gap), extent(b, across / gap));
+}
+
+std::vector<Eigen::Vector3d> seen_points_map(const PlaneLandmark& plane) {
+  std::vector<Eigen::Vector3d> points;
+  const double cell = plane.outline.cell_size();
+  for (const auto& [i, j] : plane.outline.cells())
+    points.push_back(plane.T_map_outline * Eigen::Vector3d((i + 0.5) * cell, (j + 0.5) * cell, 0));
+  return points;
+}
+
+bool falls_on(const PlaneLandmark& plane, std::span<const Eigen::Vector3d> points_map) {
+  const SE3 T_outline_map = plane.T_map_outline.inverse();
+  return std::any_of(points_map.begin(), points_map.end(), [&](const Eigen::Vector3d& p) {
+    return plane.outline.contains((T_outline_map * p).head<2>());
+  });
+}
+
+}  // namespace lamina
