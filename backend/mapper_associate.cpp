@@ -80,12 +80,12 @@ std::vector<AssociationCandidate> Mapper::candidates(const PlaneEvidence& eviden
   for (const PlaneId id : evidence.partial ? index_.near(points(index_.cell())) : close) {
     const PlaneLandmark& plane = graph_.at(id);
     if (!plane.active) continue;
-    const bool area = !evidence.partial || has_area(outlines_, id);
-    if (evidence.partial && area && !std::binary_search(close.begin(), close.end(), id)) continue;
-    if (area && !falls_on(plane, sampled) &&
-        !beside(sampled, seen_points_map(plane), index_.cell())) {
+    if (evidence.partial && !std::binary_search(close.begin(), close.end(), id) &&
+        has_area(outlines_, id)) {
       continue;
     }
+    if (!falls_on(plane, sampled) && !beside(sampled, seen_points_map(plane), index_.cell()))
+      continue;
     result.push_back({id, plane.plane_anchor, plane.anchor_map, relative_covariance(id)});
   }
   drop_beyond_gaps(evidence, T_map_body, result);

@@ -330,9 +330,8 @@ std::vector<std::pair<PlaneId, PlaneId>> Mapper::merge_coplanar() {
       // However unsure, planes this far apart are not made one: a slab lies on its floor.
       if (std::abs(off.z()) > 5 * surface) continue;
       if (off.dot(C.llt().solve(off)) > 7.8) continue;
-      const bool lines = partial_.count(a) > 0 && partial_.count(b) > 0;
-      if (!lines && !beside(seen_points_map(*plane_a), seen_points_map(plane_b),
-                            options_.association.max_gap_m)) {
+      if (!beside(seen_points_map(*plane_a), seen_points_map(plane_b),
+                  options_.association.max_gap_m)) {
         continue;
       }
       // Two platforms, or one and its floor.

@@ -85,22 +85,49 @@ TEST(MapperMerge, PlatformsWithFloorBetweenStayTwo) {
   for (std::size_t i = 0; i < heights.size(); ++i) EXPECT_NEAR(found[i], heights[i], 0.004);
 }
 
-// A drive along pillars half a metre wide with 1.5 m between them, each 3 cm further back: their
-// faces as views of a few pixels tell them, turned and shifted as one each time.
-TEST(MapperMerge, FacesOfPillarsInASlantingRowStayApart) {
-  std::vector<Panel> panels{{Plane({0, 0, 1}, 0), {4, 0, 0}, {8, 2.5}}};
+// Faces of pillars half a metre wide and high with 1.5 m between them, each 3 cm further back.
+std::vector<Panel> slanting_row() {
+  std::vector<Panel> panels;
   for (int k = 0; k < 3; ++k) {
     const double y = 1.2 + 0.03 * k;
-    panels.push_back({Plane({0, -1, 0}, -y), {2.5 + 2.0 * k, y, 0.5}, {0.25, 0.5}});
+    panels.push_back({Plane({0, -1, 0}, -y), {2.5 + 2.0 * k, y, 0.5}, {0.25, 0.25}});
   }
+  return panels;
+}
+
+// y of the upright planes after a drive along x, ascending.
+template <class See>
+std::vector<double> rows_found(See see) {
   Matrix6d covariance = Matrix6d::Zero();
   covariance.diagonal() << 1e-5, 1e-5, 1e-8, 1e-8, 1e-8, 1e-6;
+  Mapper mapper;
+  for (std::size_t i = 0; i < 40; ++i) {
+    const SE3 T_map_body = SE3::planar(0.12 * static_cast<double>(i), 0, 0);
+    mapper.add(see(T_map_body, at_frame(i)), i == 0 ? SE3() : SE3::planar(0.12, 0, 0), covariance);
+  }
+  mapper.refine();
+  std::vector<double> rows;
+  for (const MapPlane& plane : mapper.map().planes) {
+    if (std::abs(plane.plane_map.normal().y()) > 0.5) rows.push_back(plane.centroid_map.y());
+  }
+  std::sort(rows.begin(), rows.end());
+  return rows;
+}
+
+void expect_slanting_row(const std::vector<double>& rows, unsigned seed) {
+  ASSERT_EQ(rows.size(), 3u) << seed;
+  for (std::size_t k = 0; k < 3; ++k)
+    EXPECT_NEAR(rows[k], 1.2 + 0.03 * static_cast<double>(k), 0.01) << seed;
+}
+
+// As views of a few pixels tell them: turned and shifted as one each time.
+TEST(MapperMerge, FacesOfPillarsInASlantingRowStayApart) {
+  auto panels = slanting_row();
+  panels.push_back({Plane({0, 0, 1}, 0), {4, 0, 0}, {8, 0.8}});
   for (const unsigned seed : {1U, 2U}) {
     Sensor sensor(seed);
-    Mapper mapper;
-    for (std::size_t i = 0; i < 40; ++i) {
-      const SE3 T_map_body = SE3::planar(0.12 * static_cast<double>(i), 0, 0);
-      Observations o = sensor.depth(T_map_body, at_frame(i), panels);
+    const auto see = [&](const SE3& T_map_body, Timestamp stamp) {
+      Observations o = sensor.depth(T_map_body, stamp, panels);
       for (PlaneObservation& p : o.planes) {
         if (p.kind == PlaneKind::kDominantFloor) continue;
         p.floor = {0.004, 0.02};
@@ -112,17 +139,25 @@ TEST(MapperMerge, FacesOfPillarsInASlantingRowStayApart) {
         p.plane_sensor = off * p.plane_sensor;
         for (auto& x : p.outline_sensor) x = off * x;
       }
-      mapper.add(o, i == 0 ? SE3() : SE3::planar(0.12, 0, 0), covariance);
-    }
-    mapper.refine();
-    std::vector<double> ways;
-    for (const MapPlane& plane : mapper.map().planes) {
-      if (std::abs(plane.plane_map.normal().y()) > 0.5) ways.push_back(plane.centroid_map.y());
-    }
-    std::sort(ways.begin(), ways.end());
-    ASSERT_EQ(ways.size(), 3u) << seed;
-    for (std::size_t k = 0; k < 3; ++k)
-      EXPECT_NEAR(ways[k], 1.2 + 0.03 * static_cast<double>(k), 0.01) << seed;
+      return o;
+    };
+    expect_slanting_row(rows_found(see), seed);
+  }
+}
+
+TEST(MapperMerge, LinesOfPillarsInASlantingRowStayApart) {
+  const auto panels = slanting_row();
+  for (const unsigned seed : {1U, 2U}) {
+    Sensor sensor(seed);
+    const auto see = [&](const SE3& T_map_body, Timestamp stamp) {
+      std::vector<Panel> ahead;  // as far as they are not hidden
+      for (const Panel& panel : panels) {
+        const double x = panel.middle.x() - T_map_body.translation().x();
+        if (x > -2.5 && x < 2.5) ahead.push_back(panel);
+      }
+      return sensor.scan(T_map_body, stamp, ahead);
+    };
+    expect_slanting_row(rows_found(see), seed);
   }
 }
 
