@@ -85,6 +85,9 @@ class Mapper {
   /// Takes out keyframes that had to stay when they left the window, as planes of theirs were new:
   /// asked once more, when planes that turned out to be one are merged.
   void retire_again();
+  /// Keyframes beyond the window for which an older one could stand in, were it known how far from
+  /// it they lie: not until refine() has spread the path's drift.
+  std::size_t waiting() const { return waiting_; }
 
   /// What a long run keeps of every frame goes to a file without a name in this folder; its bytes
   /// come back as they were.
@@ -222,6 +225,7 @@ class Mapper {
   std::map<PlaneId, MergeRecord> merges_;  // by the plane that went
   SurfelEvidence surfels_;
   std::vector<KeyframeId> stayed_;  // beyond the window, since retire_again()
+  std::size_t waiting_ = 0;         // of them
   std::map<KeyframeId, std::vector<Eigen::Vector3d>> loose_body_;
   Eigen::Matrix3d mounting_doubt_ = Eigen::Matrix3d::Zero();
   std::int64_t keyframes_made_ = 0;

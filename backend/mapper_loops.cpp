@@ -310,10 +310,17 @@ bool Mapper::retire(KeyframeId id) {
   const auto chain = chained_past(graph_, id);
   if (!chain) return false;
   // What hangs on the stand-in follows it for good: it must hang where both saw their planes, not
-  // where poses lie that a lap's drift, not yet spread over the path, keeps apart.
+  // where poses lie that a lap's drift, not yet spread over the path, keeps apart. Along a corridor
+  // nothing but the poses tells: it stays until they have been refined.
   const KeyframeId into = stand_in->id;
   const SE3 guess = stand_in->T_map_body.inverse() * keyframe->T_map_body;
-  const SE3 T_stand_gone = pose_by_shared_planes(graph_, into, id, guess).T_a_b;
+  const SharedPose shared = pose_by_shared_planes(graph_, into, id, guess);
+  const bool laid_out = id <= refined_;
+  if (!laid_out && !tells_place(shared)) {
+    ++waiting_;
+    return false;
+  }
+  const SE3 T_stand_gone = shared.T_a_b;
   frames_.hand_over(id, into, T_stand_gone);
   left_window_.erase(id);  // its frames take the stand-in's
   surfels_.hand_over(id, into, T_stand_gone);
@@ -327,6 +334,7 @@ bool Mapper::retire(KeyframeId id) {
 }
 
 void Mapper::retire_again() {
+  waiting_ = 0;
   for (const KeyframeId id : std::exchange(stayed_, {})) retire(id);
 }
 

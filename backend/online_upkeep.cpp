@@ -23,7 +23,8 @@ void OnlineUpkeep::added(const AddResult& added, Mapper& mapper) {
 }
 
 bool OnlineUpkeep::due(int loops, const Mapper& mapper) const {
-  const std::size_t keyframes = mapper.graph().keyframes.size();
+  // What waits for its refinement was seen again.
+  const std::size_t keyframes = mapper.graph().keyframes.size() - mapper.waiting();
   const std::size_t grown = keyframes - std::min(keyframes, refined_at_);
   const std::size_t again = met_ - std::min(met_, grown);
   if (loops <= 0) return again > keyframes;

@@ -2,6 +2,7 @@
 #include <lamina/backend/shared_planes.hpp>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -19,6 +20,14 @@ constexpr double kScale = 3, kFiner = 4;
 // A tilt that points do not tell (across a scan line) is what the graph has, give or take 3
 // degrees: free, it would take up every offset of points that are not quite level, 1 / rad^2.
 const double kHeld = 1 / ((3 * kDegree) * (3 * kDegree));
+
+// What is believed of a guess: information of its tangent.
+Vector6d of_guess(const SharedPlanesOptions& options) {
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(options.prior_m),
+      Eigen::Vector3d::Constant(options.prior_deg * kDegree);
+  return sigma.cwiseAbs2().cwiseInverse();
+}
 
 // What a and b saw of one plane, and a's own best plane: normal and a point on it.
 struct SharedPlane {
@@ -101,10 +110,7 @@ SharedPose pose_by_shared_planes(const Graph& graph, KeyframeId a, KeyframeId b,
   SharedPose result;
   result.T_a_b = guess;
   result.planes = static_cast<int>(planes.size());
-  Vector6d sigma;
-  sigma << Eigen::Vector3d::Constant(options.prior_m),
-      Eigen::Vector3d::Constant(options.prior_deg * kDegree);
-  const Matrix6d prior = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+  const Matrix6d prior = of_guess(options).asDiagonal();
   double scale = std::numeric_limits<double>::max();  // the first round believes all
   for (int round = 0;; ++round) {
     Quadratic all;
@@ -123,6 +129,18 @@ SharedPose pose_by_shared_planes(const Graph& graph, KeyframeId a, KeyframeId b,
     const Vector6d step = (all.H + prior).llt().solve(-(all.g + prior * moved));
     if (step.allFinite()) result.T_a_b = result.T_a_b * SE3::exp(step);
   }
+}
+
+// Height and angles are what planes and guess say of them; x and y are left to the planes.
+bool tells_place(const SharedPose& pose, const SharedPlanesOptions& options) {
+  const Matrix6d& H = pose.information;
+  const Eigen::Matrix4d rest =
+      H.bottomRightCorner<4, 4>() + Eigen::Matrix4d(of_guess(options).tail<4>().asDiagonal());
+  const Eigen::Matrix2d across =
+      H.topLeftCorner<2, 2>() -
+      H.topRightCorner<2, 4>() * rest.llt().solve(H.bottomLeftCorner<4, 2>());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> least(across, Eigen::EigenvaluesOnly);
+  return least.eigenvalues()(0) * options.prior_m * options.prior_m > 1;
 }
 
 }  // namespace lamina

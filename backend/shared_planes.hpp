@@ -26,4 +26,7 @@ struct SharedPose {
 SharedPose pose_by_shared_planes(const Graph& graph, KeyframeId a, KeyframeId b, const SE3& guess,
                                  const SharedPlanesOptions& options = {});
 
+/// The planes alone tell where b lies on the floor, any way along it, better than a guess does.
+bool tells_place(const SharedPose& pose, const SharedPlanesOptions& options = {});
+
 }  // namespace lamina

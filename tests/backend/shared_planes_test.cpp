@@ -4,6 +4,8 @@
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/shared_planes.hpp>
 
+#include "mapper_room.hpp"
+
 namespace lamina {
 namespace {
 
@@ -99,6 +101,20 @@ TEST(SharedPlanes, ScansTellThePoseInTheirPlane) {
   EXPECT_LT(pose.information(2, 2), 1 / (0.05 * 0.05));  // less than the guess knows
 }
 
+TEST(SharedPlanes, ACorridorDoesNotTellThePlace) {
+  Pair pair(drift());
+  pair.add(kFloor, {2, 0, 0});
+  pair.add(kSide, {2, -1, 1});
+  EXPECT_FALSE(tells_place(pose_by_shared_planes(pair.graph, pair.a, pair.b, pair.guess())));
+  pair.add(kEnd, {4, 0, 1});
+  EXPECT_TRUE(tells_place(pose_by_shared_planes(pair.graph, pair.a, pair.b, pair.guess())));
+  Pair lines(drift());
+  lines.add(kSide, {2, -1, 0.5}, true);
+  EXPECT_FALSE(tells_place(pose_by_shared_planes(lines.graph, lines.a, lines.b, lines.guess())));
+  lines.add(kEnd, {4, 0, 0.5}, true);
+  EXPECT_TRUE(tells_place(pose_by_shared_planes(lines.graph, lines.a, lines.b, lines.guess())));
+}
+
 TEST(SharedPlanes, AWrongNameIsSeenAndMovesNothing) {
   Pair pair(drift());
   pair.add(kFloor, {2, 0, 0});
@@ -119,6 +135,47 @@ TEST(SharedPlanes, NothingSharedLeavesTheGuess) {
   const SharedPose pose = pose_by_shared_planes(pair.graph, pair.a, pair.b, pair.guess());
   EXPECT_EQ(pose.planes, 0);
   EXPECT_EQ(pose.T_a_b.translation(), pair.guess().translation());
+}
+
+// There, back and there again along a bare corridor; wheels slip by 40 cm before the last time, and
+// loops say so. What left the window until then must follow them.
+TEST(Mapper, ASlipThatLoopsTellLeavesNoFrameBehind) {
+  const std::vector<made_up::Panel> walls = {{Plane({0, -1, 0}, -1), {5, 1, 1.25}, {10, 1.25}},
+                                             {Plane({0, 1, 0}, -1), {5, -1, 1.25}, {10, 1.25}}};
+  constexpr int kWay = 40, kSlips = 2 * kWay + 1;
+  constexpr double kStep = 0.2;
+  Matrix6d C = Matrix6d::Zero();
+  C.diagonal() << 4e-4, 4e-4, 1e-8, 1e-8, 1e-8, 1e-5;
+  made_up::Sensor sensor(8);
+  MapperOptions options;
+  options.window.keyframes = 8;
+  Mapper mapper(options);
+  std::vector<SE3> truth;
+  std::vector<std::pair<KeyframeId, SE3>> keyframes;  // and where they are
+  for (int i = 0; i <= 3 * kWay; ++i) {
+    const int at = i <= kWay ? i : i <= 2 * kWay ? 2 * kWay - i : i - 2 * kWay;
+    truth.push_back(SE3::planar(kStep * at, 0, 0));
+    SE3 step = i == 0 ? truth[0] : truth[std::size_t(i) - 1].inverse() * truth.back();
+    if (i == kSlips) step = step * SE3::planar(0.4, 0, 0);
+    const AddResult added =
+        mapper.add(sensor.scan(truth.back(), made_up::at_frame(std::size_t(i)), walls), step, C);
+    if (added.is_keyframe) keyframes.emplace_back(added.keyframe, truth.back());
+  }
+  ASSERT_GT(mapper.graph().keyframes.size(), 10U);
+  int loops = 0;
+  const auto& [first, T_map_first] = keyframes.front();
+  for (const auto& [id, T_map_body] : keyframes) {
+    loops +=
+        mapper.add_loop(first, id, T_map_first.inverse() * T_map_body, 1e-4 * Matrix6d::Identity());
+  }
+  ASSERT_GT(loops, 5);
+  mapper.refine();
+  const Trajectory path = mapper.trajectory();
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    // On the way to the first loop after it nothing says where the slip was.
+    if (i > kSlips - 5 && i < kSlips + 10) continue;
+    EXPECT_LT((path[i].pose.translation() - truth[i].translation()).norm(), 0.1) << i;
+  }
 }
 
 // A wall and a panel 20 cm before it, taken for one plane by views from the same keyframes.
