@@ -13,6 +13,7 @@
 
 #include <lamina/apps/ground_hits.hpp>
 #include <lamina/apps/leaning_walls.hpp>
+#include <lamina/apps/occupancy_of_scans.hpp>
 #include <lamina/apps/overhangs.hpp>
 #include <lamina/apps/recorded_stamps.hpp>
 #include <lamina/backend/refiner.hpp>
@@ -41,41 +42,6 @@ RasterOptions raster_options(const Settings& settings) {
   options.max_step = settings.robot.max_step;
   options.max_slope = settings.robot.max_slope;
   return options;
-}
-
-OccupancyOptions occupancy_options(const Settings& settings) {
-  OccupancyOptions options;
-  options.resolution = settings.grid_resolution;
-  options.max_height = std::max(settings.robot.height, 0.1);
-  return options;
-}
-
-// A level scanner above the robot's own height still tells walls: its band is widened to hold it.
-// One that hangs or leans crosses the robot's heights by itself, and may be far above them.
-OccupancyOptions with_scanner(OccupancyOptions options, const SE3& T_map_lidar, double under) {
-  constexpr double kLevel = 0.94;  // cosine: within 20 degrees
-  if (std::abs((T_map_lidar.so3() * Eigen::Vector3d::UnitZ()).z()) < kLevel) return options;
-  const double z = T_map_lidar.translation().z() - under;
-  options.max_height = std::max(options.max_height, z + 0.1);
-  options.min_height = std::min(options.min_height, z - 0.1);
-  return options;
-}
-
-// A beam that ends on the ground met nothing in the robot's way.
-std::vector<OccupancyBeam> beams_of(const LaserScan& scan, const SE3& T_map_lidar,
-                                    const GroundHits& ground) {
-  constexpr double kNear = 0.05;  // m; and a third of the scanner's height
-  const double near = std::min(kNear, scan.lidar.T_body_lidar.translation().z() / 3);
-  std::vector<OccupancyBeam> beams;
-  for (std::size_t i = 0; i < scan.size(); ++i) {
-    if (!scan.valid(i)) continue;
-    const Eigen::Vector2d p = scan.point(i);
-    const bool grounded =
-        !ground.empty() && ground.ends_on(T_map_lidar.translation(),
-                                          T_map_lidar * Eigen::Vector3d(p.x(), p.y(), 0), near);
-    beams.push_back({p, scan.lidar.noise.range_sigma, !grounded});
-  }
-  return beams;
 }
 
 // Where the ground falls away: holes, ledges, stairs going down.
@@ -241,31 +207,17 @@ void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
     metrics.counts["leaning_walls"] = static_cast<double>(out);
   constexpr double kScanBand = 0.1;  // m about the scanner's height that its rays speak for
   constexpr double kNobodyKnows = std::numeric_limits<double>::quiet_NaN();
-  std::optional<OccupancyGrid> occupancy;
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  double under = 0;  // the body: map z of its ground, where ramps lead to others
-  const GroundHits ground(map.planes), none({});
-  for_each_scan([&](const io::KeptScan& kept) {
-    const LaserScan& scan = kept.scan;
-    const auto pose = trajectory.at(scan.stamp);
-    if (!pose) return;
-    const SE3 T_map_lidar = *pose * scan.lidar.T_body_lidar;
-    if (!ground.empty()) under = ground.under(pose->translation()).value_or(under);
-    if (!occupancy) {
-      occupancy.emplace(with_scanner(occupancy_options(settings_), T_map_lidar, under));
-    }
-    occupancy->add(T_map_lidar, beams_of(scan, T_map_lidar, kept.from_depth ? none : ground),
-                   under);
-    low = std::min(low, T_map_lidar.translation().z() - under);
-    high = std::max(high, T_map_lidar.translation().z() - under);
-  });
+  const GroundHits ground(map.planes);
+  const ScanOccupancy seen = occupancy_of_scans([this](const auto& take) { for_each_scan(take); },
+                                                trajectory, ground, settings_);
+  const std::optional<OccupancyGrid>& occupancy = seen.grid;
   GroundBelow below;
   if (!ground.empty()) {
     below = [&](const Eigen::Vector3d& p) { return ground.under(p).value_or(kNobodyKnows); };
   }
   if (occupancy) {
-    map.loose_points =
-        without_passed(map.loose_points, *occupancy, low - kScanBand, high + kScanBand, {}, below);
+    map.loose_points = without_passed(map.loose_points, *occupancy, seen.low - kScanBand,
+                                      seen.high + kScanBand, {}, below);
   }
   ground_.put_into(map, trajectory, settings_.grid_resolution, settings_.robot.max_step);
   Rasterizer rasterizer(raster_options(settings_));

@@ -22,6 +22,22 @@ std::pair<double, double> in_band(double z_from, double z_to, double low, double
   return {first, last};
 }
 
+// Strays come one by one: a beam whose neighbour in the scan ends near it met something.
+bool ends_beside_another(const std::vector<OccupancyBeam>& beams, std::size_t k) {
+  constexpr double kNear = 0.3, kShare = 0.1;  // m; of the range: the steps of a grazed wall
+  const Eigen::Vector2d& end = beams[k].end_scan;
+  const double near = std::max(kNear, kShare * end.norm());
+  const std::size_t n = beams.size();
+  for (const std::size_t other : {(k + n - 1) % n, (k + 1) % n}) {
+    if (other != k && (beams[other].end_scan - end).norm() <= near) return true;
+  }
+  return false;
+}
+
+void count(std::uint16_t& n) {
+  if (n < std::numeric_limits<std::uint16_t>::max()) ++n;
+}
+
 }  // namespace
 
 std::vector<std::string> OccupancyOptions::problems() const {
@@ -74,46 +90,89 @@ void OccupancyGrid::trace(const Eigen::Vector2d& from, const Eigen::Vector2d& to
   }
 }
 
+// Of a ray's cells, those from `from` on: how many of all it went on behind.
+std::size_t OccupancyGrid::went_on_behind(const std::vector<CellIndex>& cells, std::size_t from,
+                                          const Eigen::Vector2d& end) const {
+  constexpr double kBehind = 0.3;  // m: noise and what is beside a corner end nearer
+  const double size = options_.resolution;
+  std::size_t n = cells.size();
+  while (n > from) {
+    const Eigen::Vector2d centre(size * (cells[n - 1].i + 0.5), size * (cells[n - 1].j + 0.5));
+    if ((end - centre).norm() > kBehind) break;
+    --n;
+  }
+  return n;
+}
+
 void OccupancyGrid::add(const SE3& T_map_scan, const std::vector<OccupancyBeam>& beams,
-                        double ground) {
+                        double ground, const OccupancyGrid* first_grid) {
   ++scans_;
   const Eigen::Vector3d start = T_map_scan.translation();
-  struct Ray {
-    Eigen::Vector2d from, to;
-  };
-  std::vector<Ray> rays;
-  for (const OccupancyBeam& beam : beams) {
+  std::vector<CellIndex> marked, passed, crossed;
+  for (std::size_t k = 0; k < beams.size(); ++k) {
+    const OccupancyBeam& beam = beams[k];
     const double range = beam.end_scan.norm();
     if (!(range > 0) || !std::isfinite(range)) continue;
     const Eigen::Vector3d end =
         T_map_scan * Eigen::Vector3d(beam.end_scan.x(), beam.end_scan.y(), 0);
     const auto [first, last] =
         in_band(start.z(), end.z(), ground + options_.min_height, ground + options_.max_height);
-    if (beam.obstacle && last >= 1.0 && range <= options_.max_range) {
-      update(cell_of(end.head<2>(), options_.resolution), options_.log_odds_hit);
-    }
+    const CellIndex end_cell = cell_of(end.head<2>(), options_.resolution);
+    bool marks = beam.obstacle && last >= 1.0 && range <= options_.max_range;
     const double margin = beam.obstacle ? 3 * beam.sigma / range : 0.0;
     const double clear_to = std::min({last, 1.0 - margin, options_.max_range / range});
     const Eigen::Vector2d d = (end - start).head<2>();
     if (first < clear_to) {
-      rays.push_back({start.head<2>() + first * d, start.head<2>() + clear_to * d});
+      const std::size_t from = passed.size();
+      trace(start.head<2>() + first * d, start.head<2>() + clear_to * d, passed);
+      const auto behind = static_cast<std::ptrdiff_t>(went_on_behind(passed, from, end.head<2>()));
+      const auto wall = std::find_if(
+          passed.begin() + static_cast<std::ptrdiff_t>(from), passed.begin() + behind,
+          [&](const CellIndex& c) { return first_grid != nullptr && first_grid->solid(c); });
+      if (wall != passed.begin() + behind && !ends_beside_another(beams, k)) {
+        passed.erase(wall, passed.end());
+        marks = marks && first_grid->confirmed(end_cell);
+      } else {
+        crossed.insert(crossed.end(), passed.begin() + behind, passed.end());
+        passed.erase(passed.begin() + behind, passed.end());
+      }
     }
+    if (marks) marked.push_back(end_cell);
   }
   // Marks stand: a cell that was marked in this scan is not cleared by it.
-  std::vector<CellIndex> crossed;
-  for (const Ray& ray : rays) {
-    crossed.clear();
-    trace(ray.from, ray.to, crossed);
-    for (const CellIndex& cell : crossed) update(cell, -options_.log_odds_miss);
+  for (const CellIndex& c : marked) {
+    if (OccupancyCell* cell = update(c, options_.log_odds_hit)) count(cell->ends);
   }
+  for (const CellIndex& c : passed) {
+    if (OccupancyCell* cell = update(c, -options_.log_odds_miss)) count(cell->passes);
+  }
+  for (const CellIndex& c : crossed) update(c, -options_.log_odds_miss);
 }
 
-void OccupancyGrid::update(const CellIndex& c, double log_odds) {
+OccupancyCell* OccupancyGrid::update(const CellIndex& c, double log_odds) {
   OccupancyCell& cell = cells_.at_or_new(c);
-  if (cell.scan == scans_) return;  // once a scan
+  if (cell.scan == scans_) return nullptr;  // once a scan
   cell.scan = scans_;
   const auto limit = static_cast<float>(options_.log_odds_limit);
   cell.log_odds = std::clamp(cell.log_odds + static_cast<float>(log_odds), -limit, limit);
+  return &cell;
+}
+
+bool OccupancyGrid::solid(const CellIndex& c) const {
+  constexpr int kEnds = 4;
+  constexpr float kOccupied = 0.62F;  // log-odds of 0.65, map_server's threshold
+  const OccupancyCell* cell = cells_.find(c);
+  return cell != nullptr && cell->log_odds > kOccupied && cell->ends >= kEnds &&
+         cell->ends >= 2 * cell->passes;
+}
+
+bool OccupancyGrid::confirmed(const CellIndex& c) const {
+  for (int j = -1; j <= 1; ++j) {
+    for (int i = -1; i <= 1; ++i) {
+      if (solid({c.i + i, c.j + j})) return true;
+    }
+  }
+  return false;
 }
 
 float OccupancyGrid::probability(const CellIndex& c) const {

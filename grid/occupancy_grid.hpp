@@ -1,6 +1,7 @@
 // Occupancy from 2D scans: log-odds along rays.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,7 @@ struct OccupancyBeam {
 struct OccupancyCell {
   float log_odds = 0;
   std::int32_t scan = 0;  ///< number of the last scan that updated it, from 1; 0: none has
+  std::uint16_t ends = 0, passes = 0;  ///< scans that marked it; whose rays went on 0.3 m behind it
   bool seen() const { return scan > 0; }
 };
 
@@ -44,7 +46,15 @@ class OccupancyGrid {
 
   /// `T_map_scan`: the scan lies in its x-y plane. Cells get one update a scan at most, a mark
   /// before a clearing. `ground`: map z (m) of the ground that the height band is over.
-  void add(const SE3& T_map_scan, const std::vector<OccupancyBeam>& beams, double ground = 0);
+  /// `first_grid`: one that holds these scans already. A ray that went on for 0.3 m or more behind
+  /// a cell that is solid there, while neither neighbour in its scan ends near it, is a stray: it
+  /// clears up to that cell, and marks only where the first grid has a solid cell beside its end.
+  void add(const SE3& T_map_scan, const std::vector<OccupancyBeam>& beams, double ground = 0,
+           const OccupancyGrid* first_grid = nullptr);
+
+  /// Nearly all rays that came to it ended there: occupied in the end, four scans at least marked
+  /// it, and rays of half as many at most went on behind. Glass, jambs and what has left are not.
+  bool solid(const CellIndex& cell) const;
 
   /// Probability of being occupied in [0, 1]; NaN where no ray has been.
   float probability(const CellIndex& cell) const;
@@ -57,7 +67,10 @@ class OccupancyGrid {
  private:
   void trace(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
              std::vector<CellIndex>& crossed) const;
-  void update(const CellIndex& cell, double log_odds);
+  std::size_t went_on_behind(const std::vector<CellIndex>& cells, std::size_t from,
+                             const Eigen::Vector2d& end) const;
+  bool confirmed(const CellIndex& cell) const;
+  OccupancyCell* update(const CellIndex& cell, double log_odds);
   OccupancyOptions options_;
   TiledGrid<OccupancyCell> cells_;
   std::int32_t scans_ = 0;

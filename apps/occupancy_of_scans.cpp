@@ -1,0 +1,79 @@
+// Scans at their poses to an occupancy grid, once to tell walls, once without strays.
+#include <lamina/apps/occupancy_of_scans.hpp>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lamina::apps {
+namespace {
+
+OccupancyOptions occupancy_options(const Settings& settings) {
+  OccupancyOptions options;
+  options.resolution = settings.grid_resolution;
+  options.max_height = std::max(settings.robot.height, 0.1);
+  return options;
+}
+
+// A level scanner above the robot's own height still tells walls: its band is widened to hold it.
+// One that hangs or leans crosses the robot's heights by itself, and may be far above them.
+OccupancyOptions with_scanner(OccupancyOptions options, const SE3& T_map_lidar, double under) {
+  constexpr double kLevel = 0.94;  // cosine: within 20 degrees
+  if (std::abs((T_map_lidar.so3() * Eigen::Vector3d::UnitZ()).z()) < kLevel) return options;
+  const double z = T_map_lidar.translation().z() - under;
+  options.max_height = std::max(options.max_height, z + 0.1);
+  options.min_height = std::min(options.min_height, z - 0.1);
+  return options;
+}
+
+// A beam that ends on the ground met nothing in the robot's way.
+std::vector<OccupancyBeam> beams_of(const LaserScan& scan, const SE3& T_map_lidar,
+                                    const GroundHits& ground) {
+  constexpr double kNear = 0.05;  // m; and a third of the scanner's height
+  const double near = std::min(kNear, scan.lidar.T_body_lidar.translation().z() / 3);
+  std::vector<OccupancyBeam> beams;
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    if (!scan.valid(i)) continue;
+    const Eigen::Vector2d p = scan.point(i);
+    const bool grounded =
+        !ground.empty() && ground.ends_on(T_map_lidar.translation(),
+                                          T_map_lidar * Eigen::Vector3d(p.x(), p.y(), 0), near);
+    beams.push_back({p, scan.lidar.noise.range_sigma, !grounded});
+  }
+  return beams;
+}
+
+}  // namespace
+
+ScanOccupancy occupancy_of_scans(const ForEachScan& for_each_scan, const Trajectory& trajectory,
+                                 const GroundHits& ground, const Settings& settings) {
+  const GroundHits none({});
+  ScanOccupancy all;
+  std::optional<OccupancyGrid> scanners;  // real scans alone, strays and all
+  const auto each = [&](const auto& take) {
+    double under = 0;  // the body: map z of its ground, where ramps lead to others
+    for_each_scan([&](const io::KeptScan& kept) {
+      const auto pose = trajectory.at(kept.scan.stamp);
+      if (!pose) return;
+      if (!ground.empty()) under = ground.under(pose->translation()).value_or(under);
+      take(kept, *pose * kept.scan.lidar.T_body_lidar, under);
+    });
+  };
+  const auto add = [&](std::optional<OccupancyGrid>& grid, const io::KeptScan& kept,
+                       const SE3& T_map_lidar, double under, const OccupancyGrid* first_grid) {
+    if (!grid) grid.emplace(with_scanner(occupancy_options(settings), T_map_lidar, under));
+    grid->add(T_map_lidar, beams_of(kept.scan, T_map_lidar, kept.from_depth ? none : ground), under,
+              first_grid);
+  };
+  each([&](const io::KeptScan& kept, const SE3& T_map_lidar, double under) {
+    if (!kept.from_depth) add(scanners, kept, T_map_lidar, under, nullptr);
+  });
+  each([&](const io::KeptScan& kept, const SE3& T_map_lidar, double under) {
+    add(all.grid, kept, T_map_lidar, under, kept.from_depth || !scanners ? nullptr : &*scanners);
+    const double height = T_map_lidar.translation().z() - under;
+    all.low = std::min(all.low, height);
+    all.high = std::max(all.high, height);
+  });
+  return all;
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,29 @@
+// The occupancy grid of all scans of a run.
+#pragma once
+
+#include <limits>
+#include <optional>
+
+#include <lamina/apps/ground_hits.hpp>
+#include <lamina/apps/overhangs.hpp>
+#include <lamina/apps/settings.hpp>
+#include <lamina/grid/occupancy_grid.hpp>
+#include <lamina/io/session.hpp>
+#include <lamina/models/trajectory.hpp>
+
+namespace lamina::apps {
+
+struct ScanOccupancy {
+  std::optional<OccupancyGrid> grid;  ///< empty without scans
+  double low = std::numeric_limits<double>::infinity();
+  double high = -low;  ///< m, heights of scanners above their ground, from low to high
+};
+
+/// `ground`: what level planes are under the path; rays of real scans that end on it met nothing.
+/// Scans are gone through twice: stray returns of a scanner, whose rays go on behind walls that
+/// nearly all others ended at (`OccupancyGrid::solid`), are told by the first grid. Rays made from
+/// depth images end at things of any height, and neither tell nor are told so.
+ScanOccupancy occupancy_of_scans(const ForEachScan& for_each_scan, const Trajectory& trajectory,
+                                 const GroundHits& ground, const Settings& settings);
+
+}  // namespace lamina::apps
