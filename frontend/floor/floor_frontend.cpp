@@ -66,6 +66,27 @@ NoiseFloor noise_floor(const Moments& moments, const Plane& plane, const Dispari
   return floor;
 }
 
+constexpr double kUpright = 1;  // rad, of slope
+
+// Where an upright face ends is known to a block, and to where noise lets what it meets be of it:
+// 2 sigma (of a patch whose noise is alike) over its slope (px of disparity a px), a block at most.
+// Along a wall h m to the side, seen at a grazing angle, a pixel spans Z^2 / (f h): metres a block,
+// far away. A corner `at` (px) further than the face's centre is drawn in by that, to the centre at
+// most, where it comes to more than kSure m: the rest is seen from nearer, or may not be there.
+Eigen::Vector2d surely_on(const ExtractedPlane& plane, const DisparityGeometry& g,
+                          const Eigen::Vector2d& at, double block, double variance) {
+  constexpr double kSure = 0.3;  // m
+  const Eigen::Vector2d slope = plane.disparity.head<2>();
+  const double steep = slope.norm(), d = slope.dot(at) + plane.disparity.z();
+  const double center = g.focal_baseline / std::max(0.1, plane.centroid_camera.z());
+  if (!(steep > 0) || !(d > 0) || !(d < center)) return at;
+  const double unsure = block + std::min(2 * std::sqrt(variance) / steep, block);
+  const double d_in = std::min(center, d + unsure * steep);
+  const Eigen::Vector2d in = at + (d_in - d) / (steep * steep) * slope;
+  const double apart = (g.point(at.x(), at.y(), d) - g.point(in.x(), in.y(), d_in)).norm();
+  return apart > kSure ? in : at;
+}
+
 }  // namespace
 
 struct FloorFrontend::State {
@@ -104,7 +125,6 @@ void FloorFrontend::State::collect_planes(FloorResult& result) {
 }
 
 void FloorFrontend::State::doubt_borders(FloorResult& result) {
-  constexpr double kUpright = 1;  // rad
   for (std::size_t k = 0; k < result.planes.size(); ++k) {
     ExtractedPlane& p = result.planes[k];
     if (p.slope < kUpright) continue;
@@ -119,6 +139,7 @@ void FloorFrontend::State::trace(FloorResult& result) {
   const DisparityGeometry& g = extractor.geometry();
   const auto outlines = trace_outlines(extractor.block_labels(), blocks.columns, blocks.rows,
                                        static_cast<int>(result.planes.size()), 0.75);
+  const double variance = extractor.noise().per_pixel;
   for (std::size_t k = 0; k < outlines.size(); ++k) {
     ExtractedPlane& plane = result.planes[k];
     // A corner may lie beyond the last pixel: not beyond twice the depth of the plane's centre.
@@ -128,8 +149,12 @@ void FloorFrontend::State::trace(FloorResult& result) {
           std::min(corner.x() * blocks.size, extractor.image().width * 1.0) - 0.5 - g.cx;
       const double v =
           std::min(corner.y() * blocks.size, extractor.image().height * 1.0) - 0.5 - g.cy;
-      const double d = plane.disparity.dot(Eigen::Vector3d(u, v, 1));
-      plane.outline_camera.push_back(plane.plane_camera.project(g.point(u, v, std::max(d, least))));
+      const Eigen::Vector2d p = plane.slope < kUpright
+                                    ? Eigen::Vector2d(u, v)
+                                    : surely_on(plane, g, {u, v}, blocks.size, variance);
+      const double d = plane.disparity.dot(p.homogeneous());
+      plane.outline_camera.push_back(
+          plane.plane_camera.project(g.point(p.x(), p.y(), std::max(d, least))));
     }
   }
 }

@@ -39,6 +39,24 @@ TEST(FloorFrontend, FindsAFloorAndTheWallBehindIt) {
   EXPECT_GT(labelled, 0.97 * 640 * 480);
 }
 
+// Along a wall a pixel spans decimetres there: blocks at its end reached metres over the opening.
+TEST(FloorFrontend, AWallSeenAtAGrazingAngleDoesNotReachOverWhatLiesBeyondIt) {
+  DepthCamera camera = test_camera(0.2);
+  camera.camera = {424, 240, 320, 320, 211.5, 119.5, {}, camera.camera.T_body_camera};
+  camera.noise = DepthNoise::stereo(320, 0.05, 0.1);
+  const Piece wall{Plane({0, -1, 0}, -1), [](const Eigen::Vector3d& p) { return p.x() < 8; }};
+  FloorFrontend frontend;
+  const FloorResult r = frontend.process(draw({floor_piece(), wall, wall_piece(10)}, camera, 0.1));
+  double farthest = 0;
+  for (const ExtractedPlane& plane : r.planes) {
+    if (plane.plane_body.normal().y() > -0.9) continue;
+    for (const Eigen::Vector3d& p : plane.outline_camera)
+      farthest = std::max(farthest, (camera.camera.T_body_camera * p).x());
+  }
+  EXPECT_GT(farthest, 4.5);
+  EXPECT_LT(farthest, 8);
+}
+
 // A stereo camera's ranges scatter by 4 cm a patch there: what belongs to a wall stands in it.
 TEST(FloorFrontend, NoiseOfRangesStrewsNoWallOverTheFloorBeforeIt) {
   DepthCamera camera = test_camera();
