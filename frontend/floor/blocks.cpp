@@ -243,20 +243,26 @@ float nth_smallest(std::vector<float>& values, std::size_t n) {
 
 double noise_scale(const BlockImage& blocks, double disparity_sigma) {
   if (!(disparity_sigma > 0)) return 1.0;
-  std::vector<float> variances, of_holed;
+  std::vector<float> variances, of_holed, of_even;
   variances.reserve(blocks.blocks.size());
   const float pixels = static_cast<float>(blocks.size * blocks.size);
   const float model = static_cast<float>(disparity_sigma * disparity_sigma);
   for (const Block& block : blocks.blocks) {
     if (block.n < 0.5F * pixels || block.n <= 3) continue;
-    const float jitter = std::min(6 * model, jitter_variance(block.a, block.b));
-    (block.n < 0.9F * pixels ? of_holed : variances)
-        .push_back((block.sse / (block.n - 3) - jitter) / model);
+    const float possible = jitter_variance(block.a, block.b);
+    const float jitter = std::min(6 * model, possible);
+    const float variance = (block.sse / (block.n - 3) - jitter) / model;
+    (block.n < 0.9F * pixels ? of_holed : variances).push_back(variance);
+    if (block.n >= 0.9F * pixels && possible < model) of_even.push_back(variance);
   }
-  // Blocks with holes lie at edges in most images. Where nearly all have holes, pixels are missing
-  // everywhere, and these blocks are as good as others.
+  // What a slope's jitter may make hides the noise, on a floor near a coarse camera all of it:
+  // where there are blocks without it, as on walls, they alone tell. Blocks with holes lie at edges
+  // in most images. Where nearly all have holes, pixels are missing everywhere, and these blocks
+  // are as good as others.
   if (10 * variances.size() < of_holed.size()) {
     variances.insert(variances.end(), of_holed.begin(), of_holed.end());
+  } else if (of_even.size() >= 20 && 20 * of_even.size() > variances.size()) {
+    variances = std::move(of_even);
   }
   if (variances.size() < 20) return 1.0;
   const float quarter = nth_smallest(variances, variances.size() / 4);

@@ -187,6 +187,21 @@ TEST(Noise, ScaleFollowsANoisierSensor) {
   EXPECT_NEAR(noise_scale(loud.blocks, sigma), 3, 0.4);
 }
 
+// The fewer pixels, the steeper a near floor from one to the next: what half a pixel of jitter may
+// make there hides any noise. Walls tell it.
+TEST(Noise, ScaleOfACoarseCameraIsThatOfWalls) {
+  DepthCamera camera = testing::small_test_camera(0.35);
+  SE3& T_body_camera = camera.camera.T_body_camera;
+  T_body_camera = SE3(T_body_camera.so3(), {0, 0, 0.5});
+  camera.noise = DepthNoise::kinect(131);
+  const double sigma = camera.noise.disparity_sigma;
+  const Piece wall{Plane({-1, 0, 0}, -2.5), [](const Eigen::Vector3d& p) { return p.z() > 0; }};
+  for (const double factor : {1.0, 2.8}) {
+    const Blocks seen(draw({floor_piece(), wall}, camera, factor * sigma));
+    EXPECT_NEAR(noise_scale(seen.blocks, sigma), factor, 0.12 * factor);
+  }
+}
+
 // A third of the pixels missing everywhere leaves no block nine tenths full: those that are half
 // full tell the noise as well.
 TEST(Noise, ScaleIsMeasuredInImagesFullOfHoles) {
