@@ -11,6 +11,7 @@
 #include <span>
 
 #include <lamina/backend/covariance.hpp>
+#include <lamina/backend/crossing_planes.hpp>
 #include <lamina/backend/level_gaps.hpp>
 #include <lamina/backend/plane_neighbourhood.hpp>
 #include <lamina/backend/views_apart.hpp>
@@ -320,22 +321,24 @@ std::vector<std::pair<PlaneId, PlaneId>> find_line_doubles(
       const PlaneLandmark& large = graph.at(b);
       const int others = near.seen(b).views;
       if (others < views || (others == views && b > a)) continue;
-      if (angle_between(small.plane_anchor, large.plane_anchor) > kThinAngle) continue;
+      const bool turned = angle_between(small.plane_anchor, large.plane_anchor) > kThinAngle;
       const Eigen::Vector3d off =
           small.plane_map().about(middle).boxminus(large.plane_map().about(middle));
       Eigen::Matrix3d C = own_covariance(small, near.seen(a).anchor, middle, prior_tilt) +
                           own_covariance(large, near.seen(b).anchor, middle, prior_tilt);
       C.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, rho * rho);
-      double chi = off.dot(C.llt().solve(off));
+      double chi = turned ? options.gate : off.dot(C.llt().solve(off));
       // However unsure, planes this far apart are not made one: a slab lies on its floor.
       if (std::abs(off.z()) > kFarApart * surface) chi = options.gate;
       if (!(chi < options.gate)) {
-        const bool few = views <= std::max<double>(kFewViews, kFewShare * others);
-        if (!few || std::abs(off.z()) > kThin) continue;
         std::vector<const PlaneLandmark*> parts;
         for (const PlaneId id : near.members(b)) parts.push_back(&graph.at(id));
-        const Cover cover = cover_of(small, parts);
-        if (cover.share < kCovered || cover.farthest > kThin) continue;
+        const bool few = views <= std::max<double>(kFewViews, kFewShare * others);
+        if (!cross(small, parts)) {
+          if (turned || !few || std::abs(off.z()) > kThin) continue;
+          const Cover cover = cover_of(small, parts);
+          if (cover.share < kCovered || cover.farthest > kThin) continue;
+        }
         chi = options.gate * (1 - 1e-6);
       }
       if (chi >= best_chi) continue;

@@ -39,7 +39,8 @@ std::vector<std::pair<PlaneId, PlaneId>> find_doubles(
 /// The same for planes that scans alone have seen, lines in one level: nothing of a scan tells a
 /// piece of wall from the next, and a robot's drift along a wall shows in it. Each joins the best
 /// plane up to half a gap away within 99 % of both their own covariances, poses being wrong by 6 mm
-/// and 0.15 degrees among each other; a few views join a large plane within 3 cm of them.
+/// and 0.15 degrees among each other; a few views join a large plane within 3 cm of them, and what
+/// goes through another plane joins that (crossing_planes.hpp).
 std::vector<std::pair<PlaneId, PlaneId>> find_line_doubles(
     const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
     double prior_tilt, const DoubleOptions& options);
