@@ -288,10 +288,9 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
     floor = floor_.process(frame);
     floor.sensor = kind;
     optical_.add(floor, frame.camera.camera.T_body_camera);
-    if (frame.camera.noise.kind != DepthNoise::Kind::kIdeal) {
-      depth_noise_.add(floor.noise_scale);
-      metrics.counts["depth_noise_over_calibration"] = depth_noise_.median();
-    }
+    const bool ideal = frame.camera.noise.kind == DepthNoise::Kind::kIdeal;
+    depth_noise_.add(floor.noise_scale / (ideal ? raised_by_rounding(frame) : 1));
+    metrics.counts["depth_noise_over_calibration"] = depth_noise_.median();
     look_for_slopes(floor);
     step.observations = floor.to_observations();
   }

@@ -241,7 +241,7 @@ float nth_smallest(std::vector<float>& values, std::size_t n) {
 
 }  // namespace
 
-double noise_scale(const BlockImage& blocks, double disparity_sigma) {
+double noise_scale(const BlockImage& blocks, double disparity_sigma, double most) {
   if (!(disparity_sigma > 0)) return 1.0;
   std::vector<float> variances, of_holed, of_even;
   variances.reserve(blocks.blocks.size());
@@ -266,7 +266,7 @@ double noise_scale(const BlockImage& blocks, double disparity_sigma) {
   }
   if (variances.size() < 20) return 1.0;
   const float quarter = nth_smallest(variances, variances.size() / 4);
-  return std::sqrt(std::clamp(static_cast<double>(quarter), 1.0, 16.0));
+  return std::sqrt(std::clamp(static_cast<double>(quarter), 1.0, most * most));
 }
 
 double shared_variance(const BlockImage& blocks, double variance_of_mean, double model) {

@@ -85,8 +85,8 @@ void fill_blocks(const DisparityImage& image, const DisparityGeometry& g, int si
 /// How much noisier the frame is than its model says: from the quieter blocks' residuals, less the
 /// jitter of slopes; where some have so little slope that this is less than the noise, from these.
 /// Full blocks count, and half-full ones where hardly any is full. Never below 1
-/// (neighbours are alike, so blocks understate noise) nor above 4.
-double noise_scale(const BlockImage& blocks, double disparity_sigma);
+/// (neighbours are alike, so blocks understate noise) nor above `most`.
+double noise_scale(const BlockImage& blocks, double disparity_sigma, double most = 4);
 
 /// Variance (px^2) of what whole patches share, as the frame shows it: second differences of block
 /// means that far apart (three fortieths of the image's width) vanish on planes, whatever their

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace lamina {
 
@@ -20,6 +21,20 @@ double NoiseWatch::median() const {
   std::size_t k = 0;
   while (k + 1 < counts_.size() && 2 * (below + counts_[k]) < images_) below += counts_[k++];
   return std::exp(kStep * static_cast<double>(k));
+}
+
+double raised_by_rounding(const DepthFrame& frame) {
+  constexpr std::size_t kStep = 61;  // pixels: no divisor of usual widths
+  std::vector<std::uint16_t> depths;
+  for (std::size_t i = 0; i < frame.raw.size(); i += kStep) {
+    if (frame.raw[i] > 0) depths.push_back(frame.raw[i]);
+  }
+  if (depths.empty()) return 1;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  const double unit = 1 / frame.camera.depth_scale;
+  const double sigma = frame.camera.noise.sigma_depth(*middle * unit);
+  return sigma > 0 ? std::hypot(1, unit / (std::sqrt(12) * sigma)) : 1;
 }
 
 }  // namespace lamina

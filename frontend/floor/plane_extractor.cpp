@@ -22,7 +22,9 @@ void PlaneExtractor::estimate_noise(const DepthNoise& model) {
   // Quantisation is uniform over its step: step^2 / 12.
   const double nominal = std::sqrt(model.disparity_sigma * model.disparity_sigma +
                                    model.disparity_step * model.disparity_step / 12);
-  noise_scale_ = lamina::noise_scale(blocks_, std::max(nominal, 1e-4));
+  // A real camera that is said to be ideal is noisier by far than any that is said to be real.
+  const double most = model.kind == DepthNoise::Kind::kIdeal ? 20 : 4;
+  noise_scale_ = lamina::noise_scale(blocks_, std::max(nominal, 1e-4), most);
   const double sigma = std::max(nominal, 1e-4) * noise_scale_;
   noise_.pixel = sigma * sigma;
   noise_.per_pixel = noise_.pixel * std::max(1.0, model.pixels_per_sample());

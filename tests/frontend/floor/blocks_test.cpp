@@ -4,6 +4,7 @@
 #include <random>
 
 #include <lamina/frontend/floor/blocks.hpp>
+#include <lamina/frontend/floor/plane_extractor.hpp>
 
 #include "depth_scene.hpp"
 
@@ -200,6 +201,20 @@ TEST(Noise, ScaleOfACoarseCameraIsThatOfWalls) {
     const Blocks seen(draw({floor_piece(), wall}, camera, factor * sigma));
     EXPECT_NEAR(noise_scale(seen.blocks, sigma), factor, 0.12 * factor);
   }
+}
+
+// A real camera that is said to be ideal is up to twenty times as noisy.
+TEST(Noise, ARealCameraMayBeSaidToBeIdeal) {
+  DepthCamera camera = test_camera();
+  const double sigma = camera.noise.disparity_sigma;
+  const Blocks real(draw({floor_piece()}, camera, sigma));
+  EXPECT_NEAR(noise_scale(real.blocks, sigma / 10, 20), 10, 1);
+  EXPECT_NEAR(noise_scale(real.blocks, sigma / 10), 4, 1e-6);
+  camera.noise = DepthNoise::ideal(camera.camera.fx);
+  const DepthFrame frame = draw({floor_piece()}, camera, 10 * camera.noise.disparity_sigma);
+  PlaneExtractor extractor{FloorOptions()};
+  extractor.extract(frame, MountingPrior());
+  EXPECT_GT(extractor.noise_scale(), 7);
 }
 
 // A third of the pixels missing everywhere leaves no block nine tenths full: those that are half
