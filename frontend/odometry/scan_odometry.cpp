@@ -42,6 +42,16 @@ bool tells_otherwise(const LineMatch& alone, const LineMatch& both,
   return (high - low).maxCoeff() > kPerson;
 }
 
+// How far a match is from a prior, by the noise of both: e' (A^-1 + P^-1)^-1 e. What the scan does
+// not tell (A without rank) adds nothing.
+double against(const LineMatch& match, const PlanarPrior& prior) {
+  const PlanarPose off = prior.T_map_scan.inverse() * match.T_map_scan;
+  const Eigen::Vector3d e(off.x, off.y, off.yaw);
+  const Eigen::Matrix3d C = prior.information.inverse();
+  const Eigen::Matrix3d sum = Eigen::Matrix3d::Identity() + match.information * C;
+  return e.dot(sum.partialPivLu().solve(match.information * e));
+}
+
 }  // namespace
 
 ScanOdometry::ScanOdometry(const ScanOdometryOptions& options) : options_(options) {}
@@ -120,8 +130,8 @@ LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, double 
   if (match.matched < options_.doubt_matched || usual_.worse(match.matched)) {
     // Wheels slip and bump: ask the scan from where constant velocity leads, without them. What
     // tells how far a corridor goes is a small share of its returns.
-    const LineMatch other =
-        match_lines(map_, points_, T_local_body_ * velocity_, {}, options_.match);
+    LineMatch other = match_lines(map_, points_, T_local_body_ * velocity_, {}, options_.match);
+    if (wheels) other = reconciled(prior, other);
     if (other.matched > match.matched + 0.05) match = other;
   }
   // A new room fits little of the map and is where wheels say: no reason to look far away.
@@ -136,9 +146,10 @@ LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, double 
   if ((match.matched < options_.min_matched || beside || unbelievable()) && !map_.empty() &&
       points_.size() >= 10) {
     motion.searched = true;
-    match = search_near(prediction, match);
+    const PlanarPrior* told = wheels ? &prior : nullptr;
+    match = search_near(prediction, told, match);
     // A new room fits less than usual, too; it fits no better elsewhere.
-    if (unbelievable() || usual_.worse(match.matched)) match = search_far(prediction, match);
+    if (unbelievable() || usual_.worse(match.matched)) match = search_far(prediction, told, match);
   }
   if (wheels && dt > 0) hold_to_wheels(prior, prediction, dt, match);
   return match;
@@ -180,25 +191,39 @@ double ScanOdometry::contradiction(const LineMatch& match, const Prediction& pre
   return e.dot(prediction.covariance.inverse() * e);
 }
 
-LineMatch ScanOdometry::search_near(const Prediction& prediction, const LineMatch& best) {
+// A match found without wheels overrules them only where its scan tells, by more than the noise of
+// both. Along a corridor it came to lie wherever it was begun from.
+LineMatch ScanOdometry::reconciled(const PlanarPrior& wheels, const LineMatch& found) const {
+  constexpr double kClear = 11.3;  // 3 dof, 1 %
+  const bool none = found.iterations == 0;
+  if (none || (found.unknown_directions == 0 && against(found, wheels) > kClear)) return found;
+  return match_lines(map_, points_, found.T_map_scan, wheels, options_.match);
+}
+
+LineMatch ScanOdometry::search_near(const Prediction& prediction, const PlanarPrior* wheels,
+                                    const LineMatch& best) {
   SearchWindow window;
   const Eigen::Matrix3d& C = prediction.covariance;
   window.translation = std::clamp(3 * std::sqrt(std::max(C(0, 0), C(1, 1))),
                                   options_.search_translation, 4 * options_.search_translation);
   window.rotation =
       std::clamp(3 * std::sqrt(C(2, 2)), options_.search_rotation, 3 * options_.search_rotation);
-  return better(best, search(T_local_body_ * prediction.T_prev_curr, window));
+  LineMatch match = search(T_local_body_ * prediction.T_prev_curr, window);
+  if (wheels) match = reconciled(*wheels, match);
+  return better(best, match);
 }
 
 // Wheels may be wrong by more than any noise: counters that take backwards for forwards, wheels
 // that spin or are dragged. The way they tell bounds how far the robot can have come, any way
 // round.
-LineMatch ScanOdometry::search_far(const Prediction& prediction, const LineMatch& best) {
+LineMatch ScanOdometry::search_far(const Prediction& prediction, const PlanarPrior* wheels,
+                                   const LineMatch& best) {
   constexpr double kReach = 1, kTurn = 1;  // m, rad beyond it
   SearchWindow window;
   window.translation = kReach + 2 * prediction.T_prev_curr.translation().norm();
   window.rotation = kTurn + std::abs(prediction.T_prev_curr.yaw);
-  const LineMatch match = search(T_local_body_, window);
+  LineMatch match = search(T_local_body_, window);
+  if (wheels) match = reconciled(*wheels, match);
   // So far from where it was expected a place that looks alike may be another.
   return usual_.worse(match.matched) ? best : better(best, match);
 }

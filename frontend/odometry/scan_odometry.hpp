@@ -124,8 +124,12 @@ class ScanOdometry {
                       LineMatch& match) const;
   /// Chi-squared of 3 degrees of freedom.
   double contradiction(const LineMatch& match, const Prediction& prediction) const;
-  LineMatch search_near(const Prediction& prediction, const LineMatch& best);
-  LineMatch search_far(const Prediction& prediction, const LineMatch& best);
+  LineMatch reconciled(const PlanarPrior& wheels, const LineMatch& found) const;
+  /// `wheels`: null where there are none.
+  LineMatch search_near(const Prediction& prediction, const PlanarPrior* wheels,
+                        const LineMatch& best);
+  LineMatch search_far(const Prediction& prediction, const PlanarPrior* wheels,
+                       const LineMatch& best);
   LineMatch search(const PlanarPose& start, const SearchWindow& window);
   void fill(const Prediction& prediction, const LineMatch& match,
             const std::optional<MotionGuess>& wheels, bool doubtful, ScanMotion& motion) const;

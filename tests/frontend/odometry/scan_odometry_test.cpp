@@ -129,6 +129,25 @@ TEST(ScanOdometry, CorridorIsDegenerateAlongAndTakesTheWheels) {
   EXPECT_NEAR(T.so3().yaw(), 0, 0.005);
 }
 
+// Wheels leap in their heading between scans farther apart than before: the scan by itself tells
+// the heading, but not how far the corridor went.
+TEST(ScanOdometry, WayAlongACorridorStaysTheWheelsWhereTheScanOverrulesTheirHeading) {
+  ScanOdometry odometry;
+  Scanner scanner;
+  SE3 T;
+  for (int i = 0; i < 11; ++i) {
+    const bool leap = i == 10;
+    const double step = leap ? 0.3 : 0.1;
+    std::optional<MotionGuess> g;
+    if (i > 0) g = guess(SE3::planar(step, 0, leap ? 1 : 0), 0.01, 0.02);
+    const SE3 truth = SE3::planar(leap ? 1.2 : 0.1 * i, 0, 0);
+    T = T *
+        odometry.process(scanner.scan(corridor(), truth, leap ? 1.2 : 0.1 * i), g).T_prev_curr_body;
+  }
+  EXPECT_NEAR(T.translation().x(), 1.2, 0.02);
+  EXPECT_NEAR(T.so3().yaw(), 0, 0.01);
+}
+
 // The ground ahead of a scanner that tips at the end of a ramp: a wall across the hall, which runs
 // away by 20 cm a scan.
 TEST(ScanOdometry, WhatRunsAheadDoesNotMakeARobotLeap) {
