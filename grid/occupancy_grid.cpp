@@ -126,10 +126,14 @@ void OccupancyGrid::add(const SE3& T_map_scan, const std::vector<OccupancyBeam>&
       const std::size_t from = passed.size();
       trace(start.head<2>() + first * d, start.head<2>() + clear_to * d, passed);
       const auto behind = static_cast<std::ptrdiff_t>(went_on_behind(passed, from, end.head<2>()));
-      const auto wall = std::find_if(
-          passed.begin() + static_cast<std::ptrdiff_t>(from), passed.begin() + behind,
-          [&](const CellIndex& c) { return first_grid != nullptr && first_grid->solid(c); });
-      if (wall != passed.begin() + behind && !ends_beside_another(beams, k)) {
+      // Of few beams alone: a cell is looked up for each that the ray passed.
+      const auto last_told = passed.begin() + behind;
+      const bool may_stray = first_grid != nullptr && !ends_beside_another(beams, k);
+      const auto wall =
+          may_stray ? std::find_if(passed.begin() + static_cast<std::ptrdiff_t>(from), last_told,
+                                   [&](const CellIndex& c) { return first_grid->solid(c); })
+                    : last_told;
+      if (wall != last_told) {
         passed.erase(wall, passed.end());
         marks = marks && first_grid->confirmed(end_cell);
       } else {
