@@ -9,6 +9,7 @@ namespace lamina {
 namespace {
 
 constexpr double kSurelyOne = 0.5;  // m: between coplanar pieces of any size
+constexpr double kLevel = 0.1;      // m, from the lowest to the highest point
 
 double extent(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& direction) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -22,14 +23,18 @@ double extent(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& di
 }  // namespace
 
 bool beside(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d> b, double most) {
+  // Strokes of level scans tell nothing of how high a surface reaches.
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  const double heights = std::min(extent(a, up), extent(b, up)) < kLevel ? 0 : 1;
   double least = std::numeric_limits<double>::infinity();
   Eigen::Vector3d across = Eigen::Vector3d::Zero();
   for (const auto& p : a) {
     for (const auto& q : b) {
-      const double squared = (p - q).squaredNorm();
+      const Eigen::Vector3d way = (q - p).cwiseProduct(Eigen::Vector3d(1, 1, heights));
+      const double squared = way.squaredNorm();
       if (squared >= least) continue;
       least = squared;
-      across = q - p;
+      across = way;
     }
   }
   const double gap = std::sqrt(least);

@@ -28,6 +28,16 @@ TEST(PieceGap, ADoorInterruptsAWallAndTwoDesksAreTwo) {
   EXPECT_FALSE(beside({}, piece(0, 1), kMost));
 }
 
+TEST(PieceGap, AStrokeTellsNothingOfHeights) {
+  std::vector<Eigen::Vector3d> high, stroke;
+  for (const Eigen::Vector3d& p : piece(0, 3)) high.push_back(p + Eigen::Vector3d(0, 0, 0.9));
+  for (double x = 3.4; x < 3.8; x += 0.1) stroke.emplace_back(x, 0, 0.3);
+  EXPECT_TRUE(beside(high, stroke, 1.5));
+  EXPECT_TRUE(beside(stroke, high, 1.5));
+  for (auto& p : stroke) p.x() += 0.3;
+  EXPECT_FALSE(beside(high, stroke, 1.5));
+}
+
 TEST(PieceGap, PointsOfAPlaneAreItsCells) {
   PlaneLandmark plane;
   plane.plane_anchor = Plane({0, 1, 0}, 0);
