@@ -9,7 +9,7 @@ namespace lamina {
 namespace {
 
 constexpr double kSurelyOne = 0.5;  // m: between coplanar pieces of any size
-constexpr double kLevel = 0.1;      // m, from the lowest to the highest point
+constexpr double kLevel = 0.25;     // m, from the lowest to the highest point, cells and all
 
 double extent(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& direction) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -25,7 +25,8 @@ double extent(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& di
 bool beside(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d> b, double most) {
   // Strokes of level scans tell nothing of how high a surface reaches.
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
-  const double heights = std::min(extent(a, up), extent(b, up)) < kLevel ? 0 : 1;
+  const bool stroke_a = extent(a, up) < kLevel, stroke_b = extent(b, up) < kLevel;
+  const double heights = stroke_a || stroke_b ? 0 : 1;
   double least = std::numeric_limits<double>::infinity();
   Eigen::Vector3d across = Eigen::Vector3d::Zero();
   for (const auto& p : a) {
@@ -40,7 +41,8 @@ bool beside(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d>
   const double gap = std::sqrt(least);
   if (gap <= kSurelyOne) return true;
   if (!(gap <= most)) return false;
-  return gap <= std::min(extent(a, across / gap), extent(b, across / gap));
+  const double one = extent(a, across / gap), other = extent(b, across / gap);
+  return gap <= (stroke_a == stroke_b ? std::min(one, other) : 0.5 * (one + other));
 }
 
 std::vector<Eigen::Vector3d> seen_points_map(const PlaneLandmark& plane) {

@@ -12,7 +12,8 @@ namespace lamina {
 /// Whether what lies between two sets of points (one frame, m) is no wider than either reaches that
 /// way, nor than `most`: a door interrupts a wall, two desks in a row are two. Half a metre lies
 /// between pieces of any size. Where either lies level (a stroke of a scan; map axes), the gap is
-/// that in plan. False where either is empty.
+/// that in plan; where one alone does, no wider than what both reach in the mean: what hides a wall
+/// from a scanner leaves short pieces of it. False where either is empty.
 bool beside(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d> b, double most);
 
 /// Middles of the cells in which a plane was seen, in the map frame, on the plane.

@@ -34,8 +34,10 @@ TEST(PieceGap, AStrokeTellsNothingOfHeights) {
   for (double x = 3.4; x < 3.8; x += 0.1) stroke.emplace_back(x, 0, 0.3);
   EXPECT_TRUE(beside(high, stroke, 1.5));
   EXPECT_TRUE(beside(stroke, high, 1.5));
-  for (auto& p : stroke) p.x() += 0.3;
-  EXPECT_FALSE(beside(high, stroke, 1.5));
+  for (auto& p : stroke) p.x() += 0.6;
+  EXPECT_TRUE(beside(high, stroke, 1.5));  // a metre off: a short piece of a wall of three
+  const std::vector<Eigen::Vector3d> other{{5.2, 0, 0.3}, {5.6, 0, 0.3}};
+  EXPECT_FALSE(beside(stroke, other, 1.5));  // two pillars
 }
 
 TEST(PieceGap, PointsOfAPlaneAreItsCells) {
