@@ -9,7 +9,8 @@
 namespace lamina::apps {
 
 /// First in, first out, for one producer and one consumer. push() waits while it is full, pop()
-/// while it is empty; close() ends both.
+/// while it is empty; close() ends both. A producer that waits is woken when half of it is empty:
+/// for each place anew would cost more than what many a measurement takes to read.
 template <class T>
 class BoundedQueue {
  public:
@@ -32,7 +33,7 @@ class BoundedQueue {
     if (items_.empty()) return std::nullopt;
     T value = std::move(items_.front());
     items_.pop_front();
-    changed_.notify_all();
+    if (items_.size() <= capacity_ / 2) changed_.notify_all();
     return value;
   }
 

@@ -150,7 +150,7 @@ Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options,
 }
 
 std::optional<WheelScale::Found> find_wheel_scale(Recording& recording, const Settings& settings,
-                                                  const FrontEnd& told, io::Metrics& metrics,
+                                                  const FrontEnd& told,
                                                   const std::function<bool()>& ended) {
   if (!recording.calibration().odometry.planar) return std::nullopt;
   constexpr int kMostWithoutWheels = 100;  // scans
@@ -176,10 +176,13 @@ std::optional<WheelScale::Found> find_wheel_scale(Recording& recording, const Se
   const auto found = scale.found();
   if (ended() || !found || !WheelScale::stands_out(*found)) return std::nullopt;
   if (recording.calibration().depth_camera && !scale.beyond_noise(*found)) return std::nullopt;
-  spdlog::info("wheels corrected by: scale {:+.4f} +- {:.4f}, told by scans over {:.0f} m",
-               found->scale, found->sigma, found->way);
-  metrics.counts["wheel_scale_correction"] = found->scale;
   return found;
+}
+
+void tell_wheel_scale(const WheelScale::Found& found, io::Metrics& metrics) {
+  spdlog::info("wheels corrected by: scale {:+.4f} +- {:.4f}, told by scans over {:.0f} m",
+               found.scale, found.sigma, found.way);
+  metrics.counts["wheel_scale_correction"] = found.scale;
 }
 
 WheelTrack all_wheels(Recording& recording, const std::function<bool()>& ended) {

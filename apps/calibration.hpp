@@ -47,8 +47,10 @@ Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options,
 /// until that is told; nullopt where it does not stand out. `told` has been told all else of the
 /// scanners. `recording` is used up.
 std::optional<WheelScale::Found> find_wheel_scale(Recording& recording, const Settings& settings,
-                                                  const FrontEnd& told, io::Metrics& metrics,
+                                                  const FrontEnd& told,
                                                   const std::function<bool()>& ended);
+/// Log and counts.
+void tell_wheel_scale(const WheelScale::Found& found, io::Metrics& metrics);
 
 /// All odometry of a recording: what a scan's beams went through comes after its stamp.
 /// `recording` is used up.

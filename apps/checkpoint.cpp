@@ -144,14 +144,8 @@ void Checkpoint::add(const Step& step, const std::vector<LoopClosure>& loops) {
   if (pending_.size() > kMostPending) append_journal();
 }
 
-void Checkpoint::measured(const FrontEnd& front_end, const LoopCloser& closer) {
-  ++measurements_;
-  const auto now = Clock::now();
-  if (std::chrono::duration<double>(now - last_).count() < interval_s_) return;
-  save(front_end, closer);
-  last_ = Clock::now();
-  seconds_ += std::chrono::duration<double>(last_ - now).count();
-  ++saves_;
+bool Checkpoint::due() const {
+  return std::chrono::duration<double>(Clock::now() - last_).count() >= interval_s_;
 }
 
 void Checkpoint::append_journal() {
@@ -173,11 +167,15 @@ void Checkpoint::append_journal() {
 }
 
 void Checkpoint::save(const FrontEnd& front_end, const LoopCloser& closer) {
+  const auto begin = Clock::now();
   append_journal();
   ::fsync(journal_);
   ArchiveWriter archive;
   archive(Header{identity_, measurements_, journal_bytes_, journal_sum_}, front_end, closer);
   io::write_sealed(folder_ / "state", kKind, archive.bytes());
+  last_ = Clock::now();
+  seconds_ += std::chrono::duration<double>(last_ - begin).count();
+  ++saves_;
 }
 
 void Checkpoint::finish() {

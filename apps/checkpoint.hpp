@@ -45,8 +45,12 @@ class Checkpoint {
   void begin();
   /// A step of the journal; on disk at the next save().
   void add(const Step& step, const std::vector<LoopClosure>& loops);
-  /// After each measurement: saves when the interval has passed since the last time.
-  void measured(const FrontEnd& front_end, const LoopCloser& closer);
+  /// After each measurement.
+  void measured() { ++measurements_; }
+  /// The interval has passed since the last save.
+  bool due() const;
+  /// What both are after all that was measured; the steps that came of it are all added.
+  void save(const FrontEnd& front_end, const LoopCloser& closer);
   /// The results are written: nothing to go on from.
   void finish();
   /// Times a checkpoint was written, and how long that took in all (s).
@@ -55,7 +59,6 @@ class Checkpoint {
 
  private:
   using Clock = std::chrono::steady_clock;
-  void save(const FrontEnd& front_end, const LoopCloser& closer);
   void append_journal();
 
   std::filesystem::path folder_;

@@ -1,12 +1,39 @@
 // One look after the other, each with what those before it found.
 #include <lamina/apps/first_looks.hpp>
 
+#include <atomic>
+#include <future>
+
 #include <lamina/apps/calibration.hpp>
 #include <lamina/apps/depth_calibration.hpp>
 #include <lamina/apps/depth_slopes.hpp>
 #include <lamina/apps/start_calibration.hpp>
 
 namespace lamina::apps {
+namespace {
+
+// The look for the wheels' scale, in a thread of its own, while those that come before it go on:
+// mostly these find nothing that it would have to know.
+class EarlyLook {
+ public:
+  explicit EarlyLook(const Rereadable& input)
+      : told_(input.settings, input.recording->calibration()), recording_(input.open_again()) {
+    found_ = std::async(std::launch::async, [this, &input] {
+      return find_wheel_scale(*recording_, input.settings, told_,
+                              [this, &input] { return in_vain_ || input.ended(); });
+    });
+  }
+  ~EarlyLook() { in_vain_ = true; }  // and the future waits
+  std::optional<WheelScale::Found> found() { return found_.get(); }
+
+ private:
+  std::atomic<bool> in_vain_ = false;
+  const FrontEnd told_;  // nothing
+  std::unique_ptr<Recording> recording_;
+  std::future<std::optional<WheelScale::Found>> found_;
+};
+
+}  // namespace
 
 void look_ahead(const Rereadable& input, FrontEnd& front_end) {
   const Settings& settings = input.settings;
@@ -30,6 +57,9 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
     });
   }
   Sweep sweep{settings.sweep != 0, {}};
+  std::optional<EarlyLook> early;
+  if (settings.calibrate_wheels && settings.threads > 1 && planar && !depth && !sweep.stated)
+    early.emplace(input);
   const auto look_for_sweep = [&] {
     if (settings.sweep != 0 || !settings.find_sweep || sweep.stated) return;
     look("scanner_sweep",
@@ -50,6 +80,7 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
   constexpr int kRounds = 3;
   look_for_sweep();
   for (int round = 0; round < kRounds && look_for_clocks(); ++round) {
+    early.reset();
     look_for_sweep();
     if (!sweep.found) break;
   }
@@ -82,21 +113,30 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
     front_end.begin_tilted(*start);
   }
   if (sweep.found || sweep.stated) {
+    early.reset();
     look("scanner_sweep",
          [&](Recording& all) { front_end.look_ahead(all_wheels(all, input.ended)); });
   }
   if (settings.calibrate_mountings) {
     look("scanner_lean", [&](Recording& all) {
       const auto lean = find_lean(all, settings.scan_odometry, metrics, input.ended);
-      if (lean) front_end.correct_level_scanner(*lean);
+      if (!lean) return;
+      early.reset();
+      front_end.correct_level_scanner(*lean);
     });
   }
-  if (settings.calibrate_wheels) {
-    look("wheel_scale", [&](Recording& all) {
-      const auto scale = find_wheel_scale(all, settings, front_end, metrics, input.ended);
-      if (scale) front_end.begin_wheels(*scale);
-    });
+  if (!settings.calibrate_wheels) return;
+  std::optional<WheelScale::Found> scale;
+  if (early) {
+    const auto timer = metrics.time("wheel_scale");
+    scale = early->found();
+  } else {
+    look("wheel_scale",
+         [&](Recording& all) { scale = find_wheel_scale(all, settings, front_end, input.ended); });
   }
+  if (!scale) return;
+  tell_wheel_scale(*scale, metrics);
+  front_end.begin_wheels(*scale);
 }
 
 }  // namespace lamina::apps

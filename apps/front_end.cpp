@@ -188,7 +188,8 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
   if (level) watch_sweep(measured, wheels, motion, metrics);
   if (level && planar_)
     metrics.counts["ground_returns"] = static_cast<double>(ground_returns_ += ground);
-  {
+  // Of a level scanner's first look over wheels, nobody asks for walls.
+  if (!(scans_tell_scale_ && level)) {
     const auto timer = metrics.time("segments");
     step.observations = segments_.process(
         scan, last_scan_ ? std::optional<SE3>(motion.T_prev_curr_body) : std::nullopt);

@@ -16,7 +16,7 @@ Verb map_verb() {
         app.add_option("INPUT", request->input,
                        "dataset folder, .oni, .log, .clf, .rawlog, .bag, .pcd, or openni:[URI]")
             ->required();
-        app.add_option("--output", request->output, "folder for the results")->required();
+        app.add_option("-o,--output", request->output, "folder for the results")->required();
         app.add_option("--config", request->config, "YAML file of settings");
         app.add_option("--preset", request->preset,
                        "indoor_rgbd, wheeled_lidar or aerial_lidar; else by what INPUT holds");

@@ -23,7 +23,7 @@
 #include <lamina/apps/mounting_doubt.hpp>
 #include <lamina/apps/preset.hpp>
 #include <lamina/apps/progress.hpp>
-#include <lamina/apps/reader.hpp>
+#include <lamina/apps/steps.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/online_upkeep.hpp>
 #include <lamina/backend/refiner.hpp>
@@ -33,8 +33,6 @@
 
 namespace lamina::apps {
 namespace {
-
-constexpr std::size_t kReadAhead = 16;  // frames: half a second of a 30 Hz camera
 
 void refine(Mapper& mapper, MapOutput& output, const std::function<bool()>& ended) {
   const Trajectory before = mapper.trajectory();
@@ -49,11 +47,6 @@ void refine(Mapper& mapper, MapOutput& output, const std::function<bool()>& ende
     spdlog::warn("refinement: {}", to_string(result.status));
 }
 
-double milliseconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
-      .count();
-}
-
 // The online line: each step is mapped as it comes.
 AddResult map_step(const Step& step, Mapper& mapper, const LoopCloser& closer, LoopBook& book,
                    MapOutput& output) {
@@ -66,77 +59,6 @@ AddResult map_step(const Step& step, Mapper& mapper, const LoopCloser& closer, L
     book.note(step.observations, added, mapper);
   output.add(step, added);
   return added;
-}
-
-// Online, what is kept of the way must not grow with the laps: nobody asks for the corrected path,
-// and places seen again and again are searched in as many submaps as a scan is tried against.
-LoopCloserOptions loop_options(const Settings& settings, bool online) {
-  LoopCloserOptions options = settings.loops;
-  if (online) {
-    options.visits = std::max(1, options.max_candidates);
-    options.keep_path = false;
-  }
-  return options;
-}
-
-// What a run goes through with.
-struct Run {
-  std::unique_ptr<Recording>& recording;
-  FrontEnd& front_end;
-  const Settings& settings;
-  MapOutput& output;
-  Checkpoint* checkpoint;  // null: live, nothing to go on from
-  bool resume = false, quiet = false, online = false;
-  LivePage* live = nullptr;  // null: nobody looks on
-  /// The recording from its beginning; empty: live.
-  std::function<std::unique_ptr<Recording>()> open_again{};
-  LoopCloser closer{loop_options(settings, online)};
-  InterruptGuard interrupt{};  // Ctrl-C from here on: end early, write all
-};
-
-// Reads everything; `take` gets each step with the loops its scan closed. Goes on from a checkpoint
-// when asked to; ends early on Ctrl-C.
-void for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& take) {
-  std::int64_t done = 0, planes = 0, skip = 0;
-  if (run.checkpoint && run.resume) {
-    skip = run.checkpoint->resume(run.front_end, run.closer,
-                                  [&](JournalEntry&& entry) { planes = take(std::move(entry)); });
-    if (skip > 0) spdlog::info("resumed after {} measurements", skip);
-    if (skip == 0) spdlog::info("no checkpoint to go on from: begun anew");
-  } else if (run.checkpoint) {
-    run.checkpoint->begin();
-  }
-  Reader reader(*run.recording, kReadAhead, run.checkpoint != nullptr);
-  Progress progress(run.recording->size_hint(), run.quiet);
-  io::Metrics& metrics = run.output.metrics;
-  while (const auto measurement = reader.next()) {
-    if (++done <= skip) continue;
-    const auto begin = std::chrono::steady_clock::now();
-    auto step = run.front_end.process(*measurement, metrics);
-    const bool is_step = step.has_value();
-    if (is_step) {
-      JournalEntry entry{std::move(*step), {}};
-      if (entry.step.scan_motion && run.settings.close_loops) {
-        const auto timer = metrics.time("loops");
-        entry.loops = run.closer.add(*entry.step.scan, *entry.step.scan_motion);
-      }
-      if (run.checkpoint) run.checkpoint->add(entry.step, entry.loops);
-      planes = take(std::move(entry));
-    }
-    if (run.checkpoint) run.checkpoint->measured(run.front_end, run.closer);
-    // All that stands between a measurement and the pose and map it gives.
-    if (is_step && run.online) metrics.stages["frame"].add(milliseconds_since(begin));
-    metrics.memory.note(stamp_of(*measurement).seconds());
-    progress.update(done, planes);
-    if (run.live) run.live->progress(done, run.recording->size_hint());
-    if (run.interrupt.interrupted()) {
-      spdlog::warn("interrupted: writing what is there");
-      break;
-    }
-  }
-  reader.stop();
-  progress.finish();
-  metrics.stages["decode"] = reader.decode_times();
 }
 
 // Where an image's floor gave the first pose, the map's floor takes its place: it becomes z = 0,

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
+#include <utility>
 
 namespace lamina::apps {
 namespace {
@@ -42,6 +44,47 @@ std::vector<OccupancyBeam> beams_of(const LaserScan& scan, const SE3& T_map_lida
   return beams;
 }
 
+// Scans that wait until there are enough of them to be worth a thread. What they touch is worked
+// out by all threads, and taken in their order: the same cells for any number of them.
+class Batch {
+ public:
+  explicit Batch(int threads) : cells_(static_cast<std::size_t>(std::max(1, threads))) {}
+
+  void add(OccupancyGrid& grid, const SE3& T_map_scan, std::vector<OccupancyBeam> beams,
+           double ground, const OccupancyGrid* first_grid) {
+    scans_.push_back({T_map_scan, std::move(beams), ground, first_grid, {}});
+    if (scans_.size() >= kScans * cells_.size()) take_into(grid);
+  }
+
+  void take_into(OccupancyGrid& grid) {
+    const auto work = [&](std::size_t k) {
+      for (std::size_t i = k; i < scans_.size(); i += cells_.size()) {
+        Scan& s = scans_[i];
+        s.touches = grid.touches(s.T_map_scan, s.beams, s.ground, s.first_grid, cells_[k]);
+      }
+    };
+    std::vector<std::future<void>> others;
+    for (std::size_t k = 1; k < cells_.size(); ++k)
+      others.push_back(std::async(std::launch::async, work, k));
+    work(0);
+    for (auto& other : others) other.get();
+    for (const Scan& scan : scans_) grid.take(scan.touches);
+    scans_.clear();
+  }
+
+ private:
+  static constexpr std::size_t kScans = 32;  // for each thread
+  struct Scan {
+    SE3 T_map_scan;
+    std::vector<OccupancyBeam> beams;
+    double ground;
+    const OccupancyGrid* first_grid;
+    std::vector<CellTouch> touches;
+  };
+  std::vector<Scan> scans_;
+  std::vector<TouchedCells> cells_;  // of each thread
+};
+
 }  // namespace
 
 ScanOccupancy occupancy_of_scans(const ForEachScan& for_each_scan, const Trajectory& trajectory,
@@ -49,7 +92,8 @@ ScanOccupancy occupancy_of_scans(const ForEachScan& for_each_scan, const Traject
   const GroundHits none({});
   ScanOccupancy all;
   std::optional<OccupancyGrid> scanners;  // real scans alone, strays and all
-  const auto each = [&](const auto& take) {
+  Batch batch(settings.threads);
+  const auto each = [&](std::optional<OccupancyGrid>& grid, const auto& take) {
     double under = 0;  // the body: map z of its ground, where ramps lead to others
     for_each_scan([&](const io::KeptScan& kept) {
       const auto pose = trajectory.at(kept.scan.stamp);
@@ -57,17 +101,18 @@ ScanOccupancy occupancy_of_scans(const ForEachScan& for_each_scan, const Traject
       if (!ground.empty()) under = ground.under(pose->translation()).value_or(under);
       take(kept, *pose * kept.scan.lidar.T_body_lidar, under);
     });
+    if (grid) batch.take_into(*grid);
   };
   const auto add = [&](std::optional<OccupancyGrid>& grid, const io::KeptScan& kept,
                        const SE3& T_map_lidar, double under, const OccupancyGrid* first_grid) {
     if (!grid) grid.emplace(with_scanner(occupancy_options(settings), T_map_lidar, under));
-    grid->add(T_map_lidar, beams_of(kept.scan, T_map_lidar, kept.from_depth ? none : ground), under,
-              first_grid);
+    batch.add(*grid, T_map_lidar, beams_of(kept.scan, T_map_lidar, kept.from_depth ? none : ground),
+              under, first_grid);
   };
-  each([&](const io::KeptScan& kept, const SE3& T_map_lidar, double under) {
+  each(scanners, [&](const io::KeptScan& kept, const SE3& T_map_lidar, double under) {
     if (!kept.from_depth) add(scanners, kept, T_map_lidar, under, nullptr);
   });
-  each([&](const io::KeptScan& kept, const SE3& T_map_lidar, double under) {
+  each(all.grid, [&](const io::KeptScan& kept, const SE3& T_map_lidar, double under) {
     add(all.grid, kept, T_map_lidar, under, kept.from_depth || !scanners ? nullptr : &*scanners);
     const double height = T_map_lidar.translation().z() - under;
     all.low = std::min(all.low, height);

@@ -22,7 +22,7 @@ Verb refine_verb() {
         app.add_option("INPUT", o->inputs,
                        "output folders of `map` (several are joined), or FILE.planegraph")
             ->required();
-        app.add_option("--output", o->output, "folder for the results")->required();
+        app.add_option("-o,--output", o->output, "folder for the results")->required();
         app.add_option("--mode", o->mode,
                        "offline: the whole graph; online: the window (.planegraph alone)")
             ->check(CLI::IsMember({"offline", "online"}));

@@ -131,7 +131,7 @@ Verb scan_verb() {
         auto output = std::make_shared<std::string>();
         auto assignments = std::make_shared<std::vector<std::string>>();
         app.add_option("INPUT", *input, "recording with depth images or stereo pairs")->required();
-        app.add_option("--output", *output, "FILE.csv; causes and sigmas go to FILE_causes.csv")
+        app.add_option("-o,--output", *output, "FILE.csv; causes and sigmas go to FILE_causes.csv")
             ->required();
         app.add_option("--set", *assignments, "key=value, as often as needed")->take_all();
         return [=]() { return scan(*input, *output, *assignments); };

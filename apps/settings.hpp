@@ -28,7 +28,7 @@ struct Settings {
   /// "auto", or the preset these began with (preset.hpp).
   std::string preset = "auto";
   int seed = 1;
-  int threads = 1;
+  int threads = 2;
   double checkpoint_interval = 30;  ///< s
   double grid_resolution = 0.05;    ///< m
   /// ROS bags: which topic to read as what; "" chooses by type.

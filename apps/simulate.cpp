@@ -87,7 +87,7 @@ Verb simulate_verb() {
             auto o = std::make_shared<SimulateOptions>();
             auto* scene =
                 app.add_option("SCENE", o->scene, "name of a built-in scene, or a scene YAML");
-            auto* output = app.add_option("--output", o->output, "dataset folder to write");
+            auto* output = app.add_option("-o,--output", o->output, "dataset folder to write");
             app.add_option("--seed", o->seed, "seed of noise and drift")
                 ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
             app.add_option("--set", o->assignments, "key=value, as often as needed")->take_all();

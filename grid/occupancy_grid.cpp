@@ -1,9 +1,10 @@
-// Rays over cells.
+// Rays over cells, and what they say of them.
 #include <lamina/grid/occupancy_grid.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace lamina {
 namespace {
@@ -30,6 +31,24 @@ bool ends_beside_another(const std::vector<OccupancyBeam>& beams, std::size_t k)
   const std::size_t n = beams.size();
   for (const std::size_t other : {(k + n - 1) % n, (k + 1) % n}) {
     if (other != k && (beams[other].end_scan - end).norm() <= near) return true;
+  }
+  return false;
+}
+
+bool is_solid(const OccupancyCell* cell) {
+  constexpr int kEnds = 4;
+  constexpr float kOccupied = 0.62F;  // log-odds of 0.65, map_server's threshold
+  return cell != nullptr && cell->log_odds > kOccupied && cell->ends >= kEnds &&
+         cell->ends >= 2 * cell->passes;
+}
+
+// The cell or one of the eight about it.
+template <class Is>
+bool any_about(const CellIndex& c, Is&& is) {
+  for (int j = -1; j <= 1; ++j) {
+    for (int i = -1; i <= 1; ++i) {
+      if (is(CellIndex{c.i + i, c.j + j})) return true;
+    }
   }
   return false;
 }
@@ -90,14 +109,14 @@ void OccupancyGrid::trace(const Eigen::Vector2d& from, const Eigen::Vector2d& to
   }
 }
 
-// Of a ray's cells, those from `from` on: how many of all it went on behind.
-std::size_t OccupancyGrid::went_on_behind(const std::vector<CellIndex>& cells, std::size_t from,
+// How many of a ray's cells it went on behind.
+std::size_t OccupancyGrid::went_on_behind(const std::vector<CellIndex>& ray,
                                           const Eigen::Vector2d& end) const {
   constexpr double kBehind = 0.3;  // m: noise and what is beside a corner end nearer
   const double size = options_.resolution;
-  std::size_t n = cells.size();
-  while (n > from) {
-    const Eigen::Vector2d centre(size * (cells[n - 1].i + 0.5), size * (cells[n - 1].j + 0.5));
+  std::size_t n = ray.size();
+  while (n > 0) {
+    const Eigen::Vector2d centre(size * (ray[n - 1].i + 0.5), size * (ray[n - 1].j + 0.5));
     if ((end - centre).norm() > kBehind) break;
     --n;
   }
@@ -106,9 +125,19 @@ std::size_t OccupancyGrid::went_on_behind(const std::vector<CellIndex>& cells, s
 
 void OccupancyGrid::add(const SE3& T_map_scan, const std::vector<OccupancyBeam>& beams,
                         double ground, const OccupancyGrid* first_grid) {
-  ++scans_;
+  take(touches(T_map_scan, beams, ground, first_grid, touched_));
+}
+
+std::vector<CellTouch> OccupancyGrid::touches(const SE3& T_map_scan,
+                                              const std::vector<OccupancyBeam>& beams,
+                                              double ground, const OccupancyGrid* first_grid,
+                                              TouchedCells& cells) const {
   const Eigen::Vector3d start = T_map_scan.translation();
-  std::vector<CellIndex> marked, passed, crossed;
+  cells.begin(start.head<2>(), reach(beams), options_.resolution);
+  std::optional<TiledGrid<OccupancyCell>::Look> first_look;
+  if (first_grid) first_look.emplace(first_grid->cells_);
+  const auto solid_there = [&](const CellIndex& c) { return is_solid(first_look->find(c)); };
+  std::vector<CellIndex> ray;
   for (std::size_t k = 0; k < beams.size(); ++k) {
     const OccupancyBeam& beam = beams[k];
     const double range = beam.end_scan.norm();
@@ -123,61 +152,50 @@ void OccupancyGrid::add(const SE3& T_map_scan, const std::vector<OccupancyBeam>&
     const double clear_to = std::min({last, 1.0 - margin, options_.max_range / range});
     const Eigen::Vector2d d = (end - start).head<2>();
     if (first < clear_to) {
-      const std::size_t from = passed.size();
-      trace(start.head<2>() + first * d, start.head<2>() + clear_to * d, passed);
-      const auto behind = static_cast<std::ptrdiff_t>(went_on_behind(passed, from, end.head<2>()));
+      ray.clear();
+      trace(start.head<2>() + first * d, start.head<2>() + clear_to * d, ray);
+      const auto behind =
+          ray.begin() + static_cast<std::ptrdiff_t>(went_on_behind(ray, end.head<2>()));
       // Of few beams alone: a cell is looked up for each that the ray passed.
-      const auto last_told = passed.begin() + behind;
       const bool may_stray = first_grid != nullptr && !ends_beside_another(beams, k);
-      const auto wall =
-          may_stray ? std::find_if(passed.begin() + static_cast<std::ptrdiff_t>(from), last_told,
-                                   [&](const CellIndex& c) { return first_grid->solid(c); })
-                    : last_told;
-      if (wall != last_told) {
-        passed.erase(wall, passed.end());
-        marks = marks && first_grid->confirmed(end_cell);
+      const auto wall = may_stray ? std::find_if(ray.begin(), behind, solid_there) : behind;
+      for (auto c = ray.begin(); c != wall; ++c) cells.touch(*c, Touch::kPassed);
+      if (wall != behind) {
+        marks = marks && any_about(end_cell, solid_there);
       } else {
-        crossed.insert(crossed.end(), passed.begin() + behind, passed.end());
-        passed.erase(passed.begin() + behind, passed.end());
+        for (auto c = behind; c != ray.end(); ++c) cells.touch(*c, Touch::kCrossed);
       }
     }
-    if (marks) marked.push_back(end_cell);
+    if (marks) cells.touch(end_cell, Touch::kMarked);
   }
-  // Marks stand: a cell that was marked in this scan is not cleared by it.
-  for (const CellIndex& c : marked) {
-    if (OccupancyCell* cell = update(c, options_.log_odds_hit)) count(cell->ends);
-  }
-  for (const CellIndex& c : passed) {
-    if (OccupancyCell* cell = update(c, -options_.log_odds_miss)) count(cell->passes);
-  }
-  for (const CellIndex& c : crossed) update(c, -options_.log_odds_miss);
+  return cells.all();
 }
 
-OccupancyCell* OccupancyGrid::update(const CellIndex& c, double log_odds) {
-  OccupancyCell& cell = cells_.at_or_new(c);
-  if (cell.scan == scans_) return nullptr;  // once a scan
-  cell.scan = scans_;
+void OccupancyGrid::take(const std::vector<CellTouch>& touches) {
+  ++scans_;
   const auto limit = static_cast<float>(options_.log_odds_limit);
-  cell.log_odds = std::clamp(cell.log_odds + static_cast<float>(log_odds), -limit, limit);
-  return &cell;
-}
-
-bool OccupancyGrid::solid(const CellIndex& c) const {
-  constexpr int kEnds = 4;
-  constexpr float kOccupied = 0.62F;  // log-odds of 0.65, map_server's threshold
-  const OccupancyCell* cell = cells_.find(c);
-  return cell != nullptr && cell->log_odds > kOccupied && cell->ends >= kEnds &&
-         cell->ends >= 2 * cell->passes;
-}
-
-bool OccupancyGrid::confirmed(const CellIndex& c) const {
-  for (int j = -1; j <= 1; ++j) {
-    for (int i = -1; i <= 1; ++i) {
-      if (solid({c.i + i, c.j + j})) return true;
-    }
+  for (const auto& [at, touch] : touches) {
+    const bool marked = touch == Touch::kMarked;
+    const double change = marked ? options_.log_odds_hit : -options_.log_odds_miss;
+    OccupancyCell& cell = cells_.at_or_new(at);
+    cell.scan = scans_;
+    cell.log_odds = std::clamp(cell.log_odds + static_cast<float>(change), -limit, limit);
+    if (marked) count(cell.ends);
+    if (touch == Touch::kPassed) count(cell.passes);
   }
-  return false;
 }
+
+// m that a scan's cells may be from the scanner.
+double OccupancyGrid::reach(const std::vector<OccupancyBeam>& beams) const {
+  double square = 0;
+  for (const OccupancyBeam& beam : beams) {
+    const double s = beam.end_scan.squaredNorm();
+    if (std::isfinite(s)) square = std::max(square, s);
+  }
+  return std::min(std::sqrt(square), options_.max_range);
+}
+
+bool OccupancyGrid::solid(const CellIndex& c) const { return is_solid(cells_.find(c)); }
 
 float OccupancyGrid::probability(const CellIndex& c) const {
   const OccupancyCell* cell = cells_.find(c);

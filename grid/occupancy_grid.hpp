@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <lamina/grid/tiled_grid.hpp>
+#include <lamina/grid/touched_cells.hpp>
 #include <lamina/models/lie/se3.hpp>
 
 namespace lamina {
@@ -52,6 +53,13 @@ class OccupancyGrid {
   void add(const SE3& T_map_scan, const std::vector<OccupancyBeam>& beams, double ground = 0,
            const OccupancyGrid* first_grid = nullptr);
 
+  /// add() in two: what a scan says of which cells, and taking that. Threads may ask for several
+  /// scans at once while nothing is taken; `cells` keeps buffers alone, each thread has its own.
+  std::vector<CellTouch> touches(const SE3& T_map_scan, const std::vector<OccupancyBeam>& beams,
+                                 double ground, const OccupancyGrid* first_grid,
+                                 TouchedCells& cells) const;
+  void take(const std::vector<CellTouch>& touches);
+
   /// Nearly all rays that came to it ended there: occupied in the end, four scans at least marked
   /// it, and rays of half as many at most went on behind. Glass, jambs and what has left are not.
   bool solid(const CellIndex& cell) const;
@@ -67,13 +75,12 @@ class OccupancyGrid {
  private:
   void trace(const Eigen::Vector2d& from, const Eigen::Vector2d& to,
              std::vector<CellIndex>& crossed) const;
-  std::size_t went_on_behind(const std::vector<CellIndex>& cells, std::size_t from,
-                             const Eigen::Vector2d& end) const;
-  bool confirmed(const CellIndex& cell) const;
-  OccupancyCell* update(const CellIndex& cell, double log_odds);
+  std::size_t went_on_behind(const std::vector<CellIndex>& ray, const Eigen::Vector2d& end) const;
+  double reach(const std::vector<OccupancyBeam>& beams) const;
   OccupancyOptions options_;
   TiledGrid<OccupancyCell> cells_;
   std::int32_t scans_ = 0;
+  TouchedCells touched_;  // of one scan
 };
 
 }  // namespace lamina

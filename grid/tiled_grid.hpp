@@ -29,6 +29,8 @@ class TiledGrid {
     }
   };
 
+  using Key = std::pair<std::int32_t, std::int32_t>;  ///< (row, column) of a tile
+
   explicit TiledGrid(double resolution = 0.05) : resolution_(resolution) {}
   TiledGrid(TiledGrid&&) noexcept = default;
   TiledGrid& operator=(TiledGrid&&) noexcept = default;
@@ -54,6 +56,27 @@ class TiledGrid {
     return &last_->at(c.i - last_->first.i, c.j - last_->first.j);
   }
   Cell* find(const CellIndex& c) { return const_cast<Cell*>(std::as_const(*this).find(c)); }
+
+  /// find() for one of several threads that look at a grid none of them writes.
+  class Look {
+   public:
+    explicit Look(const TiledGrid& grid) : grid_(grid) {}
+    const Cell* find(const CellIndex& c) {
+      const Key key = key_of(c);
+      if (last_ == nullptr || key != last_key_) {
+        const auto it = grid_.tiles_.find(key);
+        if (it == grid_.tiles_.end()) return nullptr;
+        last_ = it->second.get();
+        last_key_ = key;
+      }
+      return &last_->at(c.i - last_->first.i, c.j - last_->first.j);
+    }
+
+   private:
+    const TiledGrid& grid_;
+    const Tile* last_ = nullptr;
+    Key last_key_;
+  };
 
   /// visit(CellIndex, Cell&) for every cell of every tile, tile by tile.
   template <class Visit>
@@ -100,7 +123,6 @@ class TiledGrid {
   }
 
  private:
-  using Key = std::pair<std::int32_t, std::int32_t>;  // (row, column) of the tile
   static Key key_of(const CellIndex& c) { return {c.j >> 6, c.i >> 6}; }
   Tile& tile_or_new(const Key& key) {
     if (last_ != nullptr && key == last_key_) return *last_;

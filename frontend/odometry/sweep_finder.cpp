@@ -17,6 +17,7 @@ constexpr double kNext = 0.1;                  // rad or m between pairs
 constexpr double kFit = 0.05;                  // m; further off is no fit, however far
 constexpr double kLongest = 0.2;               // s: slower scanners are not built
 constexpr std::size_t kLeastPairs = 20, kGroups = 10, kShots = 60, kIntervals = 200;
+constexpr std::size_t kCoarsePairs = 50;  // tell which of the sweeps tried is nearest
 constexpr int kRounds = 8;
 constexpr double kStep = 1e-4, kLeast = 0.01, kSigmas = 5;  // s; shorter sweeps hardly matter
 
@@ -97,9 +98,9 @@ double SweepFinder::cost(const Pair& pair, double sweep) const {
   return match.matched * fit * fit + (1 - match.matched) * kFit * kFit;
 }
 
-double SweepFinder::cost(double sweep) const {
+double SweepFinder::cost(double sweep, std::size_t every) const {
   double sum = 0;
-  for (const Pair& pair : pairs_) sum += cost(pair, sweep);
+  for (std::size_t i = 0; i < pairs_.size(); i += every) sum += cost(pairs_[i], sweep);
   return sum;
 }
 
@@ -136,9 +137,10 @@ SweepFinder::Pull SweepFinder::pull(const Pair& pair, double sweep) const {
 }
 
 double SweepFinder::coarse(double longest) const {
-  double best = 0, least = cost(0);
+  const std::size_t every = std::max<std::size_t>(1, pairs_.size() / kCoarsePairs);
+  double best = 0, least = cost(0, every);
   for (const double share : {-1.0, -0.75, -0.5, -0.25, 0.25, 0.5, 0.75, 1.0}) {
-    const double c = cost(share * longest);
+    const double c = cost(share * longest, every);
     if (c >= least) continue;
     least = c;
     best = share * longest;

@@ -71,7 +71,7 @@ class SweepFinder {
   static constexpr std::size_t kMostPairs = 200;
 
   double cost(const Pair& pair, double sweep) const;
-  double cost(double sweep) const;
+  double cost(double sweep, std::size_t every = 1) const;  ///< of every so many pairs
   Pull pull(const Pair& pair, double sweep) const;
   double coarse(double longest) const;
 

@@ -163,27 +163,26 @@ class Corridor final : public Recording {
 
 const auto kOn = [] { return false; };
 
-std::optional<WheelScale::Found> scale_in_corridor(double wheels_are, io::Metrics& metrics,
-                                                   bool camera = false) {
+std::optional<WheelScale::Found> scale_in_corridor(double wheels_are, bool camera = false) {
   Corridor recording(wheels_are, true, camera);
   const FrontEnd told({}, recording.calibration());
-  return find_wheel_scale(recording, {}, told, metrics, kOn);
+  return find_wheel_scale(recording, {}, told, kOn);
 }
 
 // Matched with the wheels' own word of the way, scans repeat much of it.
 TEST(FindWheelScale, ACorridorTellsIt) {
-  io::Metrics metrics;
-  const auto found = scale_in_corridor(1.03, metrics);
+  const auto found = scale_in_corridor(1.03);
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->scale, 1 / 1.03 - 1, 0.005);
+  io::Metrics metrics;
+  tell_wheel_scale(*found, metrics);
   EXPECT_EQ(metrics.counts["wheel_scale_correction"], found->scale);
 }
 
 // What the camera and walls met again do not hold.
 TEST(FindWheelScale, BesideACameraALargeOneIsTakenOut) {
-  io::Metrics metrics;
-  EXPECT_TRUE(scale_in_corridor(1.03, metrics, true));
-  EXPECT_FALSE(scale_in_corridor(1.012, metrics, true));
+  EXPECT_TRUE(scale_in_corridor(1.03, true));
+  EXPECT_FALSE(scale_in_corridor(1.012, true));
 }
 
 TEST(FindWheelScale, WithoutTheLookWheelsLeadScans) {
@@ -199,10 +198,7 @@ TEST(FindWheelScale, WithoutTheLookWheelsLeadScans) {
   EXPECT_GT(scale.found()->scale, 0.8 * (1 / 1.03 - 1));
 }
 
-TEST(FindWheelScale, RightWheelsStayAsTheyAre) {
-  io::Metrics metrics;
-  EXPECT_FALSE(scale_in_corridor(1, metrics));
-}
+TEST(FindWheelScale, RightWheelsStayAsTheyAre) { EXPECT_FALSE(scale_in_corridor(1)); }
 
 // m; of wheels that count 3 % too much.
 double first_motion(const std::optional<WheelScale::Found>& known) {
@@ -224,8 +220,7 @@ TEST(FindWheelScale, TheFirstMotionIsCorrected) {
 TEST(FindWheelScale, WithoutWheelsTheLookEnds) {
   Corridor recording(1, false);
   const FrontEnd told({}, recording.calibration());
-  io::Metrics metrics;
-  EXPECT_FALSE(find_wheel_scale(recording, {}, told, metrics, kOn));
+  EXPECT_FALSE(find_wheel_scale(recording, {}, told, kOn));
   EXPECT_LE(recording.scans_given(), 101);
 }
 

@@ -1,0 +1,92 @@
+// Reader, front-end, loop closer and checkpoint, in a row.
+#include <lamina/apps/steps.hpp>
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include <lamina/apps/loop_worker.hpp>
+#include <lamina/apps/progress.hpp>
+#include <lamina/apps/reader.hpp>
+
+namespace lamina::apps {
+namespace {
+
+constexpr std::size_t kReadAhead = 16;  // frames: half a second of a 30 Hz camera
+
+double milliseconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
+      .count();
+}
+
+}  // namespace
+
+// Online, nobody asks for the corrected path, and places seen again and again are searched in as
+// many submaps as a scan is tried against.
+LoopCloserOptions loop_options(const Settings& settings, bool online) {
+  LoopCloserOptions options = settings.loops;
+  if (online) {
+    options.visits = std::max(1, options.max_candidates);
+    options.keep_path = false;
+  }
+  return options;
+}
+
+void for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& take) {
+  std::int64_t done = 0, planes = 0, skip = 0;
+  if (run.checkpoint && run.resume) {
+    skip = run.checkpoint->resume(run.front_end, run.closer,
+                                  [&](JournalEntry&& entry) { planes = take(std::move(entry)); });
+    if (skip > 0) spdlog::info("resumed after {} measurements", skip);
+    if (skip == 0) spdlog::info("no checkpoint to go on from: begun anew");
+  } else if (run.checkpoint) {
+    run.checkpoint->begin();
+  }
+  io::Metrics& metrics = run.output.metrics;
+  const auto hand_on = [&](std::vector<ClosedStep>&& closed) {
+    for (ClosedStep& one : closed) {
+      if (one.closing_ms) metrics.stages["loops"].add(*one.closing_ms);
+      if (run.checkpoint) run.checkpoint->add(one.step, one.loops);
+      planes = take({std::move(one.step), std::move(one.loops)});
+    }
+  };
+  // Online, a step's loops must be there before the next: the closer stays in line.
+  const bool beside = !run.online && run.settings.threads > 1;
+  LoopWorker worker(run.settings.close_loops ? &run.closer : nullptr, beside);
+  Reader reader(*run.recording, kReadAhead, run.checkpoint != nullptr);
+  Progress progress(run.recording->size_hint(), run.quiet);
+  while (const auto measurement = reader.next()) {
+    if (++done <= skip) continue;
+    const auto begin = std::chrono::steady_clock::now();
+    auto step = run.front_end.process(*measurement, metrics);
+    const bool is_step = step.has_value();
+    if (is_step) {
+      worker.add(std::move(*step));
+      hand_on(worker.ready());
+    }
+    if (run.checkpoint) {
+      run.checkpoint->measured();
+      if (run.checkpoint->due()) {
+        hand_on(worker.drain());
+        run.checkpoint->save(run.front_end, run.closer);
+      }
+    }
+    // All that stands between a measurement and the pose and map it gives.
+    if (is_step && run.online) metrics.stages["frame"].add(milliseconds_since(begin));
+    metrics.memory.note(stamp_of(*measurement).seconds());
+    progress.update(done, planes);
+    if (run.live) run.live->progress(done, run.recording->size_hint());
+    if (run.interrupt.interrupted()) {
+      spdlog::warn("interrupted: writing what is there");
+      break;
+    }
+  }
+  hand_on(worker.drain());
+  worker.stop();
+  reader.stop();
+  progress.finish();
+  metrics.stages["decode"] = reader.decode_times();
+}
+
+}  // namespace lamina::apps
