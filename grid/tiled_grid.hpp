@@ -29,8 +29,14 @@ class TiledGrid {
     }
   };
 
-  using Key = std::pair<std::int32_t, std::int32_t>;  ///< (row, column) of a tile
+ private:
+  using Key = std::pair<std::int32_t, std::int32_t>;  // (row, column) of the tile
+  struct Last {                                       // the tile of the last look-up
+    Tile* tile = nullptr;
+    Key key;
+  };
 
+ public:
   explicit TiledGrid(double resolution = 0.05) : resolution_(resolution) {}
   TiledGrid(TiledGrid&&) noexcept = default;
   TiledGrid& operator=(TiledGrid&&) noexcept = default;
@@ -44,39 +50,21 @@ class TiledGrid {
     Tile& tile = tile_or_new(key_of(c));
     return tile.at(c.i - tile.first.i, c.j - tile.first.j);
   }
-  /// nullptr where no tile was made.
-  const Cell* find(const CellIndex& c) const {
-    const Key key = key_of(c);
-    if (last_ == nullptr || key != last_key_) {
-      const auto it = tiles_.find(key);
-      if (it == tiles_.end()) return nullptr;
-      last_ = it->second.get();
-      last_key_ = key;
-    }
-    return &last_->at(c.i - last_->first.i, c.j - last_->first.j);
-  }
-  Cell* find(const CellIndex& c) { return const_cast<Cell*>(std::as_const(*this).find(c)); }
-
-  /// find() for one of several threads that look at a grid none of them writes.
+  /// Look-up for one of several threads, of a grid that none of them writes.
   class Look {
    public:
     explicit Look(const TiledGrid& grid) : grid_(grid) {}
-    const Cell* find(const CellIndex& c) {
-      const Key key = key_of(c);
-      if (last_ == nullptr || key != last_key_) {
-        const auto it = grid_.tiles_.find(key);
-        if (it == grid_.tiles_.end()) return nullptr;
-        last_ = it->second.get();
-        last_key_ = key;
-      }
-      return &last_->at(c.i - last_->first.i, c.j - last_->first.j);
-    }
+    /// nullptr where no tile was made.
+    const Cell* find(const CellIndex& c) { return grid_.find(c, last_); }
 
    private:
     const TiledGrid& grid_;
-    const Tile* last_ = nullptr;
-    Key last_key_;
+    Last last_;
   };
+
+  /// nullptr where no tile was made.
+  const Cell* find(const CellIndex& c) const { return find(c, last_); }
+  Cell* find(const CellIndex& c) { return const_cast<Cell*>(std::as_const(*this).find(c)); }
 
   /// visit(CellIndex, Cell&) for every cell of every tile, tile by tile.
   template <class Visit>
@@ -119,27 +107,34 @@ class TiledGrid {
 
   void clear() {
     tiles_.clear();
-    last_ = nullptr;
+    last_ = {};
   }
 
  private:
   static Key key_of(const CellIndex& c) { return {c.j >> 6, c.i >> 6}; }
+  const Cell* find(const CellIndex& c, Last& last) const {
+    const Key key = key_of(c);
+    if (last.tile == nullptr || key != last.key) {
+      const auto it = tiles_.find(key);
+      if (it == tiles_.end()) return nullptr;
+      last = {it->second.get(), key};
+    }
+    return &last.tile->at(c.i - last.tile->first.i, c.j - last.tile->first.j);
+  }
   Tile& tile_or_new(const Key& key) {
-    if (last_ != nullptr && key == last_key_) return *last_;
+    if (last_.tile != nullptr && key == last_.key) return *last_.tile;
     auto& tile = tiles_[key];
     if (!tile) {
       tile = std::make_unique<Tile>();
       tile->first = {key.second * kTile, key.first * kTile};
     }
-    last_ = tile.get();
-    last_key_ = key;
-    return *last_;
+    last_ = {tile.get(), key};
+    return *tile;
   }
 
   double resolution_;
   std::map<Key, std::unique_ptr<Tile>> tiles_;
-  mutable Tile* last_ = nullptr;  // not for several threads at once
-  mutable Key last_key_;
+  mutable Last last_;  // not for several threads at once
 };
 
 }  // namespace lamina

@@ -14,6 +14,7 @@
 #include <zlib.h>
 
 #include <deque>
+#include <mutex>
 #include <set>
 
 #include <lamina/models/error.hpp>
@@ -120,8 +121,7 @@ class ObjectStream {
       return object;
     }
     try {
-      auto archive = mrpt::serialization::archiveFrom(stream_);
-      auto object = archive.ReadObject();
+      auto object = read_object();
       const auto whole = std::dynamic_pointer_cast<obs::CRawlog>(object);
       if (!whole) return object;
       for (std::size_t i = 0; i < whole->size(); ++i) {
@@ -138,6 +138,14 @@ class ObjectStream {
   bool damaged() const { return damaged_; }
 
  private:
+  // One recording may be read beside another: MRPT's list of classes is looked up without a lock.
+  mrpt::serialization::CSerializable::Ptr read_object() {
+    static std::mutex one_at_a_time;
+    const std::lock_guard lock(one_at_a_time);
+    auto archive = mrpt::serialization::archiveFrom(stream_);
+    return archive.ReadObject();
+  }
+
   mrpt::io::CFileGZInputStream stream_;
   std::deque<mrpt::serialization::CSerializable::Ptr> unpacked_;
   bool damaged_ = false;
