@@ -15,6 +15,7 @@ namespace {
 constexpr int kPassesNeeded = 3;
 constexpr int kBeamsAround = 2;
 constexpr double kFarthest = 6;  // m: no floor is followed further
+constexpr double kVague = 0.05;  // m: two sigma are what the grid says where an edge lies to
 
 struct Place {
   EdgePoint rim;
@@ -113,7 +114,8 @@ std::vector<EdgePoint> RimVotes::rims(const Trajectory& trajectory, double resol
       const Eigen::Vector3d p = T_levelled_map[index] * place.rim.position_map;
       const double range = p.head<2>().norm();
       if (range > kFarthest || std::abs(p.z()) > 0.1 + 0.1 * range) continue;
-      if (!view.passed(p.head<2>(), 2 * resolution + place.rim.sigma)) continue;
+      const double sigma = std::min(place.rim.sigma, kVague);
+      if (!view.passed(p.head<2>(), 2 * resolution + sigma)) continue;
       ++place.passes;
       place.passes_since += index > place.last_rim;
       place.nearest_pass = std::min(place.nearest_pass, range);
@@ -121,7 +123,11 @@ std::vector<EdgePoint> RimVotes::rims(const Trajectory& trajectory, double resol
   });
   std::vector<EdgePoint> out;
   for (const auto& [cell, place] : places) {
-    if (!place.taken_back()) out.push_back(place.rim);
+    if (place.taken_back()) continue;
+    out.push_back(place.rim);
+    if (place.rim.sigma <= kVague) continue;
+    out.back().sigma = kVague;
+    out.back().negative = false;
   }
   return out;
 }

@@ -22,7 +22,8 @@ class RimVotes {
   /// `T_body_levelled`: the scan's frame in the body.
   void add(const ObstacleScan& scan, const SE3& T_body_levelled);
   /// Rims at the places the path gives them, at most one for each cell of `resolution` m: the one
-  /// with the least sigma. Ascending by cell.
+  /// with the least sigma; those whose sigma is above 0.05 m are ends of knowledge. Ascending by
+  /// cell.
   std::vector<EdgePoint> rims(const Trajectory& trajectory, double resolution) const;
 
   /// All that was added (archived io::SeenRims), for sessions, and back.

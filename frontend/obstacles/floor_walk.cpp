@@ -61,6 +61,10 @@ class Walk {
   double floor_height(double range) const;
   bool in_shadow() const;
   bool faded(double range) const;
+  // Was floor seen without holes up to the last sample?
+  bool sharp() const {
+    return __builtin_popcount(history_ & ((1U << kSharpWindow) - 1)) >= kSharpFloor;
+  }
 
   const ScanView& view_;
   const WalkLine& line_;
@@ -219,7 +223,8 @@ bool Walk::on_floor(int i) {
   if (pending_ == 0) first_pending_ = i;
   if (++pending_ < options_.min_run_px && i - last_ > options_.min_run_px) return true;
   if (!bridged(first_pending_)) return false;
-  if (last_ >= 0 && bridges_ < static_cast<int>(gaps_.size())) {
+  // Where floor fades there are gaps everywhere: they are no corners.
+  if (last_ >= 0 && sharp() && bridges_ < static_cast<int>(gaps_.size())) {
     gaps_[static_cast<std::size_t>(bridges_++)] = static_cast<float>(range_on_floor(last_ + 0.5));
   }
   accept(i);
@@ -262,8 +267,7 @@ WalkEnd Walk::end_at(BeamCause cause, double beyond) {
   end.footprint = next - last_range();
   end.height = static_cast<float>(floor_height(end.range));
   end.gap = std::max(0.0, beyond - end.range);
-  const std::uint32_t seen = history_ & ((1U << kSharpWindow) - 1);
-  end.sharp = __builtin_popcount(seen) >= kSharpFloor;
+  end.sharp = sharp();
   return end;
 }
 

@@ -39,11 +39,14 @@ struct WalkEnd {
   int sample = -1;       ///< last sample on floor, -1: no floor was met
   double beyond = 0;     ///< m, holes: the virtual floor point of the first ground seen below
   double beyond_footprint = 0;  ///< m of floor one sample would cover there
-  int plane = 0;                ///< the floor walked on last, index into WalkPlanes::planes
-  bool faded = false;           ///< holes: the sensor was losing the floor before the rim
-  std::uint32_t history = 0;    ///< one bit a sample back from the last: was it floor?
-  bool sharp = false;           ///< floor was seen without holes up to there
-  /// Short gaps that were bridged before the end (m): a pit's corner, where neighbours find it.
+  double unseen = 0;   ///< m, holes where floor faded: unseen ground behind the range; the rim may
+                       ///< lie anywhere on it
+  int plane = 0;       ///< the floor walked on last, index into WalkPlanes::planes
+  bool faded = false;  ///< holes: the sensor was losing the floor before the rim
+  std::uint32_t history = 0;  ///< one bit a sample back from the last: was it floor?
+  bool sharp = false;         ///< floor was seen without holes up to there
+  /// Short gaps in sharp floor that were bridged before the end (m): a pit's corner, where
+  /// neighbours find it.
   std::array<float, 6> bridged{};
   int bridges = 0;
   bool barred =

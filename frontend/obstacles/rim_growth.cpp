@@ -61,6 +61,13 @@ class Profile {
     if (n < kMeasuredBefore || m < kMeasuredBehind) return 0;
     return (before / static_cast<float>(n) - behind / static_cast<float>(m)) / sigma(m);
   }
+  /// m from the last sample before i that was measured to the first from there on.
+  double unseen(int i) const {
+    int last = i - 1, first = i;
+    while (last > i - kBefore && !measured(last)) --last;
+    while (first < i + kBehind && !measured(first)) ++first;
+    return range(first) - range(last);
+  }
   /// The longest way (m) across a pit's corner that may show no drop: the ground below it lies
   /// c h / range lower at the rim and nothing lower where the way ends, half that in the mean, of
   /// which noise hides kSigmas; and two samples must be seen at all.
@@ -83,6 +90,12 @@ class Profile {
     const float slope = plane_.disparity.x() * line_.du + plane_.disparity.y() * line_.dv;
     const float aside = kLateral * slope;
     return std::sqrt(own * own + aside * aside / static_cast<float>(m));
+  }
+  bool measured(int i) const {
+    float ignored = 0;
+    int n = 0;
+    add(i, ignored, n);
+    return n > 0;
   }
   void add(int i, float& sum, int& n) const {
     if (i < 0 || i >= line_.samples) return;
@@ -145,8 +158,11 @@ struct Rim {
   /// `aside`: m since the last line that has it. Ends scatter where floor fades: no line through
   /// them leads farther off than a rim as oblique as kSteepest would.
   double expected(double azimuth, double aside) const {
+    return skipped > 0 ? straight_on(azimuth, aside) : end.range + step;
+  }
+  double straight_on(double azimuth, double aside) const {
     constexpr double kSteepest = 2;  // m of range a metre aside
-    const double range = skipped > 0 ? straight.range(azimuth) : 0;
+    const double range = straight.range(azimuth);
     if (!(range > 0)) return end.range + step;
     const double most = 3 * end.footprint + kSteepest * aside;
     return std::clamp(range, end.range - most, end.range + most);
@@ -162,6 +178,7 @@ void take(const Rim& rim, double range, BeamCause cause, WalkEnd& to) {
   to.cause = cause;
   to.range = range;
   to.footprint = rim.end.footprint;
+  to.unseen = rim.end.unseen;
   to.height = rim.end.height;
   to.plane = rim.end.plane;
 }
@@ -185,6 +202,7 @@ bool carry(const Profile& profile, const Rim& rim, double expected, WalkEnd& to)
   take(rim, profile.range(best - 0.5), rim.end.cause, to);
   to.footprint = profile.range(best) - profile.range(best - 1);
   to.sample = best - 1;
+  to.unseen = profile.unseen(best);
   to.faded = rim.end.faded;
   return true;
 }
@@ -223,7 +241,7 @@ class Growth {
     if (rim_.on < 0) rim_.on = may_go_on() ? lines_of_half_a_footprint(rim_.end, line_step_) : 0;
     if (rim_.on > 0) {
       const int on = rim_.on - 1;
-      take(rim_, expected, rim_.end.cause, end);
+      take(rim_, rim_.straight_on(azimuth, aside), rim_.end.cause, end);
       meet(azimuth, end);
       rim_.on = on;
       return;

@@ -178,7 +178,10 @@ void settle_holes(const WalkPlanes& planes, const ScanOptions& options,
     const double lost =
         static_cast<double>(plane.camera_height) * std::tan(options.lost_deg * kDegree);
     const bool lost_here = reach >= lost || (thins_out(raw, j, reach) && in_line(raw, j));
-    if (!lost_here || gap <= 0) continue;
+    if (!lost_here || gap <= 0) {
+      end.unseen = std::max(0.0, rim - end.range);
+      continue;
+    }
     end.range = gap > 2 * options.max_faded_gap_m ? rim : reach + 0.5 * gap;
     end.footprint = std::max(end.footprint, 0.3 * gap);
   }
@@ -194,6 +197,7 @@ void extend_rims(std::vector<WalkEnd>& ends) {
       to.cause = from.cause;
       to.range = range;
       to.footprint = from.footprint;
+      to.unseen = from.unseen;
       to.height = from.height;
       return;
     }
@@ -244,8 +248,9 @@ void put(ObstacleScan& out, std::vector<std::uint8_t>& barred, int beam, double 
   out.range[b] = static_cast<float>(range);
   out.cause[b] = end.cause;
   barred[b] = end.barred;
-  // Half a footprint either way, uniform, and half a pixel of lateral jitter [Barron2013].
-  out.sigma[b] = static_cast<float>(std::max(0.003, 0.58 * end.footprint));
+  // Half a footprint either way, uniform, and half a pixel of lateral jitter [Barron2013]; or
+  // anywhere on the unseen ground, uniform (1 / sqrt 12).
+  out.sigma[b] = static_cast<float>(std::max({0.003, 0.58 * end.footprint, 0.29 * end.unseen}));
   out.height[b] = end.height;
 }
 

@@ -54,6 +54,23 @@ TEST(RimVotes, ACloserLookThatSeesFloorBeyondTakesItBack) {
   EXPECT_NEAR(drive.nearest(), 2.5, 0.03);
 }
 
+// What may lie anywhere on half a metre blocks nothing: nobody knows.
+TEST(RimVotes, ARimThatNobodyCanPlaceIsAnEndOfKnowledge) {
+  for (const double sigma : {0.02, 0.15}) {
+    Drive drive;
+    ObstacleScan scan = look(0, 0, 2.5, 2.0);
+    scan.sigma.assign(scan.size(), static_cast<float>(sigma));
+    drive.votes.add(scan, SE3());
+    drive.path.add(at(0), SE3());
+    const auto rims = drive.votes.rims(drive.path, 0.05);
+    ASSERT_FALSE(rims.empty());
+    for (const EdgePoint& rim : rims) {
+      EXPECT_EQ(rim.negative, sigma < 0.05);
+      EXPECT_LE(rim.sigma, 0.051);
+    }
+  }
+}
+
 TEST(RimVotes, APlankLaidOverThePitClearsIt) {
   Drive drive;
   for (int k = 0; k < 10; ++k) drive.see(1.0, 2.0, 2.0);

@@ -58,6 +58,64 @@ TEST(RimGrowth, NoBeamPassesTheCornerOfAnOpening) {
   EXPECT_GT(certified, 200);
 }
 
+// Loses the returns of floor beyond a range (m), each with that chance.
+void lose_floor(double beyond, double chance, std::uint64_t seed, DepthFrame& f) {
+  std::mt19937_64 random(seed);
+  std::bernoulli_distribution lost(chance);
+  const double height = f.camera.camera.T_body_camera.translation().z();
+  for (int v = 120; v < f.height(); ++v) {
+    const double depth = height * f.camera.camera.fy / (v - f.camera.camera.cy);
+    for (int u = 0; u < f.width(); ++u) {
+      auto& raw = f.raw[static_cast<std::size_t>(v * f.width() + u)];
+      const bool floor = raw > 0 && raw / f.camera.depth_scale < depth + 0.1;
+      if (floor && depth > beyond && lost(random)) raw = 0;
+    }
+  }
+}
+
+// A gap is a pit's corner, perhaps, where floor was seen without holes up to it.
+TEST(RimGrowth, GapsOfAFloorThatFadesAreNoCorners) {
+  for (const bool fades : {false, true}) {
+    DepthFrame f = empty_frame(0, 0.3);
+    draw(f, [](const Eigen::Vector3d& o, const Eigen::Vector3d& d) { return level(o, d, 0); });
+    lose_floor(1.2, fades ? 0.5 : 0, 1, f);
+    const int row = 120 + 58;  // 1.33 m away, 2.3 cm of floor
+    std::fill_n(&f.raw[static_cast<std::size_t>(row * f.width())], f.width(), std::uint16_t{0});
+    FloorFrontend frontend;
+    const FloorResult floor = frontend.process(f);
+    const ScanView view(f, frontend.disparities(), floor.T_body_camera);
+    WalkPlanes planes = walk_planes(floor, view, {});
+    int gaps = 0, corners = 0;
+    for (int j = 0; j < 40; ++j) {
+      const WalkEnd end = walk(view, view.line(-0.2 + 0.01 * j), floor.pixel_labels, planes, {});
+      for (int k = 0; k < end.bridges; ++k) {
+        const auto range = static_cast<double>(end.bridged[static_cast<std::size_t>(k)]);
+        ++(range < 1.36 ? corners : gaps);
+      }
+    }
+    if (!fades) EXPECT_GT(corners, 30);
+    EXPECT_LT(gaps, 10);  // 94 as long as all counted
+  }
+}
+
+// Floor is lost from 1.9 m on, the edge is at 3 m: no rim may be known to 0.1 m (two sigma).
+TEST(RimGrowth, ARimBehindUnseenGroundIsAsUnsureAsThatIsLong) {
+  DepthFrame f = empty_frame(0, 0.3);
+  draw(f, [](const Eigen::Vector3d& o, const Eigen::Vector3d& d) -> double {
+    const double floor = level(o, d, 0);
+    return floor > 0 && (o + d * floor).x() < 3 ? floor : (6 - o.x()) / d.x();
+  });
+  lose_floor(1.2, 0.6, 1, f);
+  lose_floor(1.9, 1, 1, f);
+  FloorFrontend frontend;
+  ObstacleScanner scanner;
+  const ObstacleScan scan = scanner.process(f, frontend.process(f));
+  for (std::size_t i = 0; i < scan.size(); ++i) {
+    if (!is_negative(scan.cause[i])) continue;
+    EXPECT_GT(scan.sigma[i], 0.05F) << "a rim at " << scan.range[i] << " m";
+  }
+}
+
 struct Lines {
   DepthFrame frame = empty_frame();
   DisparityImage image;
