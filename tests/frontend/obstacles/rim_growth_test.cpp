@@ -93,7 +93,9 @@ TEST(RimGrowth, GapsOfAFloorThatFadesAreNoCorners) {
         ++(range < 1.36 ? corners : gaps);
       }
     }
-    if (!fades) EXPECT_GT(corners, 30);
+    if (!fades) {
+      EXPECT_GT(corners, 30);
+    }
     EXPECT_LT(gaps, 10);  // 94 as long as all counted
   }
 }
