@@ -30,11 +30,24 @@ void expect_upright_walls(const Path& log) {
   }
 }
 
+const Path kSena =
+    "/usr/share/mrpt/datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog";
+
 TEST(RealLog, WallsThatComeBackToTheWindowStayUpright) {
-  const Path log =
-      "/usr/share/mrpt/datasets/2006-01ENE-21-SENA_Telecom Faculty_one_loop_only.rawlog";
-  if (!std::filesystem::exists(log)) GTEST_SKIP() << log << " is absent (mrpt-common)";
-  expect_upright_walls(log);
+  if (!std::filesystem::exists(kSena)) GTEST_SKIP() << kSena << " is absent (mrpt-common)";
+  expect_upright_walls(kSena);
+}
+
+// Loops closed in line or beside, the wheels' scale looked for early or late.
+TEST(RealLog, AScannersMapIsTheSameAtAnyThreads) {
+  if (!std::filesystem::exists(kSena)) GTEST_SKIP() << kSena << " is absent (mrpt-common)";
+  const Path one = scratch() / "one", two = scratch() / "two";
+  ASSERT_EQ(run({"map", kSena, "--output", one, "--threads", "1", "--quiet"}), 0);
+  ASSERT_EQ(run({"map", kSena, "--output", two, "--threads", "2", "--quiet"}), 0);
+  for (const char* file : {"trajectory.txt", "planes.json", "graph.g2o", "occupancy.pgm"}) {
+    EXPECT_FALSE(text_of(one / file).empty()) << file;
+    EXPECT_TRUE(text_of(one / file) == text_of(two / file)) << file;
+  }
 }
 
 // Its player bears no second one beside it: a first look at the images must be over by then.
