@@ -6,6 +6,7 @@
 
 #include <lamina/frontend/odometry/block_matching.hpp>
 #include <lamina/frontend/odometry/moving_blocks.hpp>
+#include <lamina/frontend/odometry/travel.hpp>
 
 namespace lamina {
 
@@ -204,13 +205,16 @@ void DepthOdometry::slide(const DepthBlocks& current, const Matrix6d& prior, Ali
   align(current, *better, prior, a, 0, options_.fine_iterations);
 }
 
-// Ahead and in heading as before; what else moved comes to rest, or where surfaces leave it open a
-// body that sways is turned over, and one that turns slides off.
+// Ahead and in heading as before. Sideways and up to the usual velocity: who carries a camera along
+// a wall and looks at it goes on, what sways comes back. Roll and pitch come to rest, or where
+// surfaces leave them open a body that sways is turned over.
 SE3 DepthOdometry::going_on(double dt, const SE3& T_body_camera) const {
   if (dt > options_.max_step) return {};
   Vector6d of_body = T_body_camera.adjoint() * velocity_;
   const double rest = std::exp(-dt / options_.rest_time);
-  for (const int k : {1, 2, 3, 4}) of_body(k) *= rest;
+  for (const int k : {1, 2})
+    of_body(k) = usual_velocity_(k) + rest * (of_body(k) - usual_velocity_(k));
+  for (const int k : {3, 4}) of_body(k) *= rest;
   return SE3::exp(T_body_camera.inverse().adjoint() * of_body * dt);
 }
 
@@ -329,6 +333,9 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
       guessed_heading(motion, Ad.row(5) * expected.covariance * Ad.row(5).transpose());
   T_world_camera_ = T_world_camera_ * step;
   velocity_ = step.log() / dt;
+  const double gain = 1 - std::exp(-dt / options_.usual_time);
+  if (motion.status == ScanMotion::Status::kTracked)
+    usual_velocity_ += gain * (travel_aside(Ad * velocity_) - usual_velocity_);
   keep_key_frame(std::move(current), lost, motion);
   return motion;
 }

@@ -41,7 +41,8 @@ struct DepthOdometryOptions {
   /// rad).
   double sigma_velocity = 0.02, sigma_turn = 0.02;
   double frame_time = 1.0 / 30;  ///< s, what the two above are for
-  double rest_time = 0.3;        ///< s, of motions sideways, up, in roll and pitch, when they end
+  double rest_time = 0.3;        ///< s, of what is not usual sideways and up, of roll and pitch
+  double usual_time = 0.5;       ///< s: the mean velocity of about so long is the usual one
   double max_step = 0.3;         ///< s, longer gaps are not extrapolated at constant velocity
   double samples_per_fact = 30;  ///< blocks whose errors are alike: correlated noise, calibration
   /// Noise of normals makes information in directions that no surface holds; what is less than this
@@ -95,7 +96,7 @@ class DepthOdometry {
   template <class A>
   friend void fields(A& a, DepthOdometry& v) {
     a(v.keys_, v.T_world_camera_, v.velocity_, v.last_stamp_, v.usual_, v.turn_guessed_,
-      v.turn_variance_, v.last_moving_);
+      v.turn_variance_, v.last_moving_, v.usual_velocity_);
   }
 
  private:
@@ -165,6 +166,8 @@ class DepthOdometry {
   std::deque<KeyFrame> keys_;
   SE3 T_world_camera_;                    ///< of the last frame
   Vector6d velocity_ = Vector6d::Zero();  ///< camera tangent per second
+  /// m/s, body frame: mean over `usual_time`, of steps that images told in all directions.
+  Eigen::Vector3d usual_velocity_ = Eigen::Vector3d::Zero();
   std::optional<Timestamp> last_stamp_;
   UsualFit usual_;
   std::optional<Timestamp> last_moving_;         ///< when something was last seen to move

@@ -80,6 +80,35 @@ TEST(DepthOdometry, ASwayingBodyIsNotTurnedOverBeforeAWall) {
   EXPECT_LT(e.translation().norm(), 0.15);
 }
 
+// A camera that is carried along a wall and looks at it, and sways 2 cm to all sides. Its way along
+// the wall goes on once the end of the wall is out of view, however the camera is held.
+// m; `turned`: of the body's frame about its x.
+double carried_off(double turned) {
+  const Planes wall_with_end = {{-Eigen::Vector3d::UnitX(), -2.0},
+                                {Eigen::Vector3d::UnitZ(), 0},
+                                {-Eigen::Vector3d::UnitY(), -0.5}};
+  const auto pose = [](int i) {
+    const double sway = 0.02 * std::sin(0.9 * i);
+    return SE3(SO3::rot_y(0.3), Eigen::Vector3d(sway, -0.05 * i + sway, sway));
+  };
+  const SE3 T_held_body(SO3::rot_x(turned), Eigen::Vector3d::Zero());
+  Camera camera;
+  DepthOdometry odometry;
+  SE3 T_start_body;
+  for (int i = 0; i <= 24; ++i) {
+    DepthFrame frame = camera.see(wall_with_end, pose(i), 0.1 * i);
+    CameraModel& model = frame.camera.camera;
+    model.T_body_camera = T_held_body * model.T_body_camera;
+    T_start_body = T_start_body * odometry.process(frame).T_prev_curr_body;
+  }
+  const SE3 moved = T_held_body.inverse() * T_start_body * T_held_body;
+  return ((pose(0).inverse() * pose(24)).inverse() * moved).translation().norm();
+}
+
+TEST(DepthOdometry, WhoIsCarriedAlongAWallGoesOn) { EXPECT_LT(carried_off(0), 0.2); }
+
+TEST(DepthOdometry, SoDoesAPortraitCamera) { EXPECT_LT(carried_off(M_PI / 2), 0.2); }
+
 // A camera looks sideways at a wall and the floor before it, and goes on along them once the end of
 // the wall is out of view. A start turned aside comes to rest further along, where more of the last
 // view is in sight: more fits, of what fits anywhere.
