@@ -54,7 +54,7 @@ void kill_and_resume(const std::string& mode) {
   };
   const auto begin = std::chrono::steady_clock::now();
   ASSERT_EQ(run(command(whole)), 0);
-  const auto took = std::chrono::steady_clock::now() - begin;
+  auto took = std::chrono::steady_clock::now() - begin;
   std::mt19937 engine(5);
   std::uniform_real_distribution<double> share(0.05, 0.95);
   int killed = 0;
@@ -65,7 +65,9 @@ void kill_and_resume(const std::string& mode) {
     ::usleep(static_cast<useconds_t>(share(engine) *
                                      std::chrono::duration<double, std::micro>(took).count()));
     ::kill(child, SIGKILL);
-    killed += wait_for(child) == -SIGKILL ? 1 : 0;
+    const bool came_in_time = wait_for(child) == -SIGKILL;
+    killed += came_in_time ? 1 : 0;
+    if (!came_in_time) took /= 4;  // the machine was busier before
   }
   EXPECT_GT(killed, 0);
   auto arguments = command(broken);
