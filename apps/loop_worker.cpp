@@ -15,7 +15,7 @@ LoopWorker::~LoopWorker() { stop(); }
 void LoopWorker::close(ClosedStep& entry) {
   if (!closer_ || !entry.step.scan_motion) return;
   const auto begin = std::chrono::steady_clock::now();
-  entry.loops = closer_->add(*entry.step.scan, *entry.step.scan_motion);
+  entry.loops = closer_->add(entry.step.scan.value(), *entry.step.scan_motion);
   entry.closing_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
 }
@@ -61,7 +61,7 @@ void LoopWorker::add(Step&& step) {
 }
 
 std::vector<ClosedStep> LoopWorker::take_done() {
-  if (done_.empty() && failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
   return std::exchange(done_, {});
 }
 

@@ -83,6 +83,17 @@ TEST(LoopWorker, WithoutACloserStepsComeBackAsTheyAre) {
   for (const ClosedStep& one : back) EXPECT_FALSE(one.closing_ms);
 }
 
+// A motion without its scan is what no front-end makes. Steps before it may wait to be taken.
+TEST(LoopWorker, WhatTheCloserThrewIsNotLostBehindWhatWasDone) {
+  LoopCloser closer;
+  LoopWorker worker(&closer, true);
+  std::vector<Step> steps = laps();
+  for (int i = 0; i < 3; ++i) worker.add(std::move(steps[static_cast<std::size_t>(i)]));
+  steps[3].scan.reset();
+  worker.add(std::move(steps[3]));
+  EXPECT_THROW(worker.drain(), std::bad_optional_access);
+}
+
 TEST(LoopWorker, StoppedItLeavesTheRest) {
   LoopCloser closer;
   LoopWorker worker(&closer, true);
