@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
@@ -109,8 +110,12 @@ bool LevelSheet::covers(const Eigen::Vector2d& at) const {
   return landmark_->outline.contains((T_outline_map_ * p).head<2>());
 }
 
-bool lower_between(const LevelSheet& a, const LevelSheet& b, std::span<const LevelSheet> sheets,
-                   double surface_sigma_m) {
+namespace {
+
+// Whether along most of the shortest way from one to the other lower(top, p) holds of the uppermost
+// sheet there.
+bool lower_along(const LevelSheet& a, const LevelSheet& b, std::span<const LevelSheet> sheets,
+                 const std::function<bool(const LevelSheet&, const Eigen::Vector2d&)>& lower) {
   if (a.ground() || b.ground()) return false;
   const auto rim_a = a.rim();
   if (any_in(rim_a, b)) return false;
@@ -118,17 +123,30 @@ bool lower_between(const LevelSheet& a, const LevelSheet& b, std::span<const Lev
   if (any_in(rim_b, a)) return false;
   const auto [from, to] = shortest_way(rim_a, rim_b);
   if ((to - from).norm() < kLeastGap) return false;
-  const double least = kSigmas * surface_sigma_m;
-  int lower = 0;
+  int found = 0;
   for (int k = 1; k < kSteps; ++k) {
     const Eigen::Vector2d p = from + (to - from) * k / kSteps;
-    double top = -std::numeric_limits<double>::infinity();
+    const LevelSheet* top = nullptr;
     for (const LevelSheet& sheet : sheets) {
-      if (sheet.covers(p)) top = std::max(top, sheet.height(p));
+      if (sheet.covers(p) && (!top || sheet.height(p) > top->height(p))) top = &sheet;
     }
-    lower += std::isfinite(top) && top + least < std::min(a.height(p), b.height(p)) ? 1 : 0;
+    found += top && lower(*top, p) ? 1 : 0;
   }
-  return 2 * lower >= kSteps;
+  return 2 * found >= kSteps;
+}
+
+bool below(const LevelSheet& top, const Eigen::Vector2d& p, const LevelSheet& a,
+           const LevelSheet& b, double least) {
+  return top.height(p) + least < std::min(a.height(p), b.height(p));
+}
+
+}  // namespace
+
+bool lower_between(const LevelSheet& a, const LevelSheet& b, std::span<const LevelSheet> sheets,
+                   double surface_sigma_m) {
+  return lower_along(a, b, sheets, [&](const LevelSheet& top, const Eigen::Vector2d& p) {
+    return below(top, p, a, b, kSigmas * surface_sigma_m);
+  });
 }
 
 bool lower_between(std::span<const PlaneEvidence> evidence, std::size_t i, std::size_t j,
@@ -151,6 +169,7 @@ LevelGaps::LevelGaps(const Graph& graph,
     auto sheet = LevelSheet::of(plane);
     if (!sheet) continue;
     sheet_of_[plane.id] = sheets_.size();
+    ids_.push_back(plane.id);
     sheets_.push_back(std::move(*sheet));
   }
   add_views(graph, outlines, first);
@@ -162,38 +181,52 @@ void LevelGaps::add_views(const Graph& graph,
   // What surfaces deviate by is in every factor; a view's own noise is the rest.
   const double rho2 = std::pow(options_.surface_sigma_m, 2);
   const double tilt2 = std::pow(options_.surface_sigma_deg * M_PI / 180, 2);
-  std::map<PlaneId, std::map<KeyframeId, std::vector<Eigen::Vector2d>>> plans;
+  std::map<PlaneId, std::map<KeyframeId, std::vector<const OutlinePiece*>>> seen;
   for (const auto& [id, sheet] : sheet_of_) {
     const auto pieces = outlines.find(id);
     if (pieces == outlines.end()) continue;
     for (const auto& piece : pieces->second) {
       if (piece.keyframe < first || piece.points_body.size() < 3) continue;
-      const Keyframe* keyframe = graph.find(piece.keyframe);
-      if (!keyframe) continue;
-      auto& flat = plans[id][piece.keyframe];
-      flat.clear();
-      for (const auto& p : piece.points_body) flat.push_back((keyframe->T_map_body * p).head<2>());
+      if (graph.find(piece.keyframe)) seen[id][piece.keyframe].push_back(&piece);
     }
   }
   for (const auto& f : graph.plane_moments) {
     if (f.keyframe < first) continue;
-    const auto of_plane = plans.find(f.plane);
-    if (of_plane == plans.end() || !(f.weight >= 0.5) || !(f.moments_body.weight() > 0)) continue;
-    const auto flat = of_plane->second.find(f.keyframe);
-    if (flat == of_plane->second.end()) continue;
-    const Moments m = f.moments_body.transformed(graph.at(f.keyframe).T_map_body);
+    const auto of_plane = seen.find(f.plane);
+    if (of_plane == seen.end() || !(f.weight >= 0.5) || !(f.moments_body.weight() > 0)) continue;
+    const auto here = of_plane->second.find(f.keyframe);
+    if (here == of_plane->second.end()) continue;
+    const SE3& T_map_body = graph.at(f.keyframe).T_map_body;
+    const Moments m = f.moments_body.transformed(T_map_body);
     const auto fit = m.fit_plane(m.mean() + Eigen::Vector3d::UnitZ(), 1.0);
-    auto plan = Polygon::from_vertices(flat->second);
-    if (!fit || !plan || fit->plane.normal().z() < kLevel) continue;
+    if (!fit || fit->plane.normal().z() < kLevel) continue;
+    // Its own piece: that which lies in its plane.
+    std::vector<Eigen::Vector2d> flat;
+    double least = std::numeric_limits<double>::infinity();
+    for (const OutlinePiece* piece : here->second) {
+      std::vector<Eigen::Vector2d> points;
+      double off = 0;
+      for (const auto& p_body : piece->points_body) {
+        const Eigen::Vector3d p = T_map_body * p_body;
+        points.push_back(p.head<2>());
+        off += std::abs(fit->plane.signed_distance(p));
+      }
+      off /= static_cast<double>(points.size());
+      if (!(off < least)) continue;
+      least = off;
+      flat = std::move(points);
+    }
+    const auto plan = Polygon::from_vertices(std::move(flat));
+    if (!plan) continue;
     const Eigen::Matrix2d information = m.scatter().topLeftCorner<2, 2>();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(information);
     const Eigen::Vector2d slopes =
         (eigen.eigenvalues().cwiseMax(1e-6).cwiseInverse().array() - tilt2).cwiseMax(0);
-    View view{fit->plane, m.mean().head<2>(), Eigen::Matrix3d::Zero(), std::move(*plan)};
+    View view{fit->plane, m.mean().head<2>(), Eigen::Matrix3d::Zero(), *plan};
     view.covariance(0, 0) = std::max(0.0, 1 / m.weight() - rho2);
     view.covariance.bottomRightCorner<2, 2>() =
         eigen.eigenvectors() * slopes.asDiagonal() * eigen.eigenvectors().transpose();
-    views_[f.plane].insert_or_assign(f.keyframe, std::move(view));
+    views_[f.plane][f.keyframe].push_back(std::move(view));
   }
 }
 
@@ -202,40 +235,54 @@ double LevelGaps::View::variance(const Eigen::Vector2d& at) const {
   return arm.dot(covariance * arm);
 }
 
-// nullopt where the two do not border on each other.
-std::optional<bool> LevelGaps::step(const View& a, const View& b) {
+// nullopt where none of a plane's views borders on one of the other's.
+std::optional<bool> LevelGaps::step(const std::vector<View>& a, const std::vector<View>& b) {
   constexpr double kBeside = 0.1;  // m: between views of two neighbours lies an image's block
   constexpr double kShare = 0.9;
-  const bool first = a.plan.area() < b.plan.area();
-  const View &small = first ? a : b, &large = first ? b : a;
-  int all = 0, above = 0, below = 0;
-  for (const auto& p : rim_of(small.plan)) {
-    if (large.plan.signed_distance(p) > kBeside) continue;
-    ++all;
-    const double off = height_at(small.plane_map, p) - height_at(large.plane_map, p);
-    const double sigma = std::sqrt(small.variance(p) + large.variance(p));
-    above += off > kSigmas * sigma ? 1 : 0;
-    below += off < -kSigmas * sigma ? 1 : 0;
+  int all = 0, a_above = 0, b_above = 0;
+  for (const View& view_a : a) {
+    for (const View& view_b : b) {
+      const bool first = view_a.plan.area() < view_b.plan.area();
+      const View &small = first ? view_a : view_b, &large = first ? view_b : view_a;
+      for (const auto& p : rim_of(small.plan)) {
+        if (large.plan.signed_distance(p) > kBeside) continue;
+        ++all;
+        const double off = height_at(view_a.plane_map, p) - height_at(view_b.plane_map, p);
+        const double sigma = std::sqrt(view_a.variance(p) + view_b.variance(p));
+        a_above += off > kSigmas * sigma ? 1 : 0;
+        b_above += off < -kSigmas * sigma ? 1 : 0;
+      }
+    }
   }
   if (all == 0) return std::nullopt;
-  return std::max(above, below) >= kShare * all;
+  return std::max(a_above, b_above) >= kShare * all;
 }
 
 bool LevelGaps::between(PlaneId a, PlaneId b) const {
   const auto of_a = sheet_of_.find(a), of_b = sheet_of_.find(b);
-  return of_a != sheet_of_.end() && of_b != sheet_of_.end() &&
-         lower_between(sheets_[of_a->second], sheets_[of_b->second], sheets_,
-                       options_.surface_sigma_m);
+  if (of_a == sheet_of_.end() || of_b == sheet_of_.end()) return false;
+  const LevelSheet &sheet_a = sheets_[of_a->second], &sheet_b = sheets_[of_b->second];
+  std::map<const LevelSheet*, bool> edges;  // of both towards it
+  const auto has_edges = [&](const LevelSheet& top) {
+    const auto [known, fresh] = edges.try_emplace(&top, false);
+    const PlaneId id = ids_[static_cast<std::size_t>(&top - sheets_.data())];
+    if (fresh) known->second = id != a && id != b && step(a, id) && step(b, id);
+    return known->second;
+  };
+  return lower_along(sheet_a, sheet_b, sheets_, [&](const LevelSheet& top, const auto& p) {
+    return below(top, p, sheet_a, sheet_b, kSigmas * options_.surface_sigma_m) ||
+           (below(top, p, sheet_a, sheet_b, 0) && has_edges(top));
+  });
 }
 
 bool LevelGaps::step(PlaneId a, PlaneId b) const {
   const auto of_a = views_.find(a), of_b = views_.find(b);
   if (of_a == views_.end() || of_b == views_.end()) return false;
   int steps = 0, none = 0;
-  for (const auto& [keyframe, view] : of_a->second) {
+  for (const auto& [keyframe, views] : of_a->second) {
     const auto other = of_b->second.find(keyframe);
     if (other == of_b->second.end()) continue;
-    if (const auto found = step(view, other->second)) ++(*found ? steps : none);
+    if (const auto found = step(views, other->second)) ++(*found ? steps : none);
   }
   return steps > none;
 }

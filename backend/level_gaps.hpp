@@ -57,12 +57,14 @@ class LevelGaps {
   /// Edges are looked for in keyframes from `first` on.
   LevelGaps(const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
             const AssociationOptions& options, KeyframeId first = KeyframeId::kNone);
-  /// Whether a lower plane was seen between the two (lower_between).
+  /// Whether a lower plane was seen between the two (lower_between), however little lower where
+  /// keyframes saw the edges of both towards it: plates of 1 cm.
   bool between(PlaneId a, PlaneId b) const;
-  /// Whether keyframes saw an edge: in most of their views of both, where the smaller one borders
+  /// Whether keyframes saw an edge: in most of those that saw both, where the smaller view borders
   /// on the other in plan, one stands above the other by more than three sigmas of the two views
-  /// along nearly all of the border. No pose stands between the two, and what a surface deviates
-  /// from a plane by shows within views, not at their borders.
+  /// along nearly all of the border. A plane that took in others has several views in a keyframe.
+  /// No pose stands between the two, and what a surface deviates from a plane by shows within
+  /// views, not at their borders.
   bool step(PlaneId a, PlaneId b) const;
   bool apart(PlaneId a, PlaneId b) const { return between(a, b) || step(a, b); }
 
@@ -76,12 +78,13 @@ class LevelGaps {
   };
   void add_views(const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
                  KeyframeId first);
-  static std::optional<bool> step(const View& a, const View& b);
+  static std::optional<bool> step(const std::vector<View>& a, const std::vector<View>& b);
 
   AssociationOptions options_;
   std::vector<LevelSheet> sheets_;
+  std::vector<PlaneId> ids_;  // of the sheets
   std::map<PlaneId, std::size_t> sheet_of_;
-  std::map<PlaneId, std::map<KeyframeId, View>> views_;
+  std::map<PlaneId, std::map<KeyframeId, std::vector<View>>> views_;
 };
 
 }  // namespace lamina

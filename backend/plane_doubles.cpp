@@ -58,18 +58,16 @@ struct Agreement {
 };
 
 Agreement agreement(const PlaneLandmark& a, const PlaneLandmark& b, const Eigen::Vector3d& middle,
-                    const Matrix6d& joint, bool one_surface, const AssociationOptions& options) {
+                    const Matrix6d& joint, const AssociationOptions& options) {
   const Eigen::Vector3d off = a.plane_map().about(middle).boxminus(b.plane_map().about(middle));
   const Matrix32d B = b.plane_anchor.tangent_basis();
   Eigen::Matrix<double, 3, 6> J;
   J << about_middle(a, middle, B), -about_middle(b, middle, B);
   Eigen::Matrix3d C = J * joint * J.transpose();
-  if (one_surface) {
-    // Each of the two is its own fit to a surface that is no plane.
-    const double tilt = std::sqrt(2.0) * options.surface_sigma_deg * kDegree;
-    const double rho = std::sqrt(2.0) * options.surface_sigma_m;
-    C.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, rho * rho);
-  }
+  // Each of the two is its own fit to a surface that is no plane.
+  const double tilt = std::sqrt(2.0) * options.surface_sigma_deg * kDegree;
+  const double rho = std::sqrt(2.0) * options.surface_sigma_m;
+  C.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, rho * rho);
   const Eigen::LLT<Eigen::Matrix3d> llt(C);
   if (!C.allFinite() || llt.info() != Eigen::Success) return {};
   return {off.dot(llt.solve(off)), std::sqrt(C(2, 2))};
@@ -170,7 +168,7 @@ std::vector<std::pair<PlaneId, PlaneId>> find_doubles(
     const double angle = angle_between(small.plane_anchor, large.plane_anchor);
     const double off = large.plane_map().signed_distance(near.middle(a));
     if (has(apart, a, b) || angle > options.association.max_angle_deg * kDegree ||
-        !(std::abs(off) <= kMostOff) || gaps.between(a, b)) {
+        !(std::abs(off) <= kMostOff) || gaps.apart(a, b)) {
       continue;
     }
     request.plane_pairs.emplace_back(a, b);
@@ -186,7 +184,7 @@ std::vector<std::pair<PlaneId, PlaneId>> find_doubles(
   for (std::size_t i = 0; i < request.plane_pairs.size(); ++i) {
     const auto [a, b] = request.plane_pairs[i];
     const Agreement found = agreement(graph.at(a), graph.at(b), near.middle(a),
-                                      known.plane_pairs[i], !gaps.step(a, b), options.association);
+                                      known.plane_pairs[i], options.association);
     chi_of[std::minmax(a, b)] = found.chi;
     if (found.chi > options.gate || found.sigma > options.max_sigma_m) continue;
     if (!near.beside(a, b)) continue;

@@ -27,9 +27,9 @@ struct DoubleOptions {
 /// and
 ///   d^T (J C J^T + S)^-1 d <= gate,   d = a [-] b about the middle of a's evidence,
 /// C the joint 6x6 covariance of both planes in the whole graph: drift between two visits widens
-/// it, views from one keyframe leave no room for a slab on a floor. S: surfaces are not planes;
-/// zero for level planes with an edge between them (LevelGaps::step). Level planes with a lower one
-/// seen between them are two, however level with each other: two platforms, two desks in a row. A
+/// it, views from one keyframe leave no room for a slab on a floor. S: surfaces are not planes.
+/// Level planes with an edge or a lower one seen between them (LevelGaps) are two, however level
+/// with each other: two platforms, two desks in a row. A
 /// set of planes becomes one only when all its near pairs agree; one that fits two planes alike
 /// which do not fit each other waits. Pairs in `apart` are never proposed. Deterministic.
 std::vector<std::pair<PlaneId, PlaneId>> find_doubles(

@@ -69,6 +69,17 @@ TEST(LevelGaps, TheFloorLiesBetweenTwoPlatforms) {
   EXPECT_FALSE(level.between(left, floor));
 }
 
+TEST(LevelGaps, AFloorOneCentimetreLowerLiesBetweenWhatHasEdgesToIt) {
+  Level level;
+  const PlaneId left = level.see(kLeft, 0.01), right = level.see(kRight, 0.02);
+  EXPECT_FALSE(level.between(left, right));
+  level.see(kRoom, 0, true);
+  EXPECT_TRUE(level.between(left, right));
+  // A bow of one surface: nobody saw edges.
+  const PlaneId low = level.see({1, 2, -5, -4}, 0.001), high = level.see({1, 2, -3, -2}, 0.004);
+  EXPECT_FALSE(level.between(low, high));
+}
+
 TEST(LevelGaps, NothingSeenBetweenTellsNothing) {
   Level level;
   EXPECT_FALSE(level.between(level.see(kLeft, 0.02), level.see(kRight, 0.03)));
@@ -98,6 +109,18 @@ TEST(LevelGaps, AnEdgeIsAStepAllAlongItsBorder) {
   EXPECT_FALSE(level.step(level.see({3, 3.5, -1, 1}, 0.02, false, 0, 0.012), floor));
 }
 
+TEST(LevelGaps, AFloorThatTookInAPieceStillHasItsEdges) {
+  Level level;
+  const PlaneId floor = level.see(kRoom, 0, true), plate = level.see(kLeft, 0.02);
+  const PlaneId piece = level.see({3, 3.5, -1, -0.5}, 0.013);
+  level.graph.merge_planes(piece, floor);
+  auto& pieces = level.outlines[floor];
+  pieces.insert(pieces.end(), level.outlines[piece].begin(), level.outlines[piece].end());
+  level.outlines.erase(piece);
+  EXPECT_TRUE(level.step(plate, floor));
+  EXPECT_TRUE(level.step(floor, plate));
+}
+
 TEST(LevelGaps, AFloorThatBowsHasNoStep) {
   Level level;
   const PlaneId here = level.see({0, 2, -1, 1}, 0, true);
@@ -110,6 +133,7 @@ TEST(LevelGaps, DoublesAreNotSoughtAcrossAFloorNorOverAnEdge) {
   level.see(kRoom, 0, true);
   level.see(kLeft, 0.02);
   level.see(kRight, 0.025);
+  level.see({3, 3.6, -0.3, 0.3}, 0.01);
   DoubleOptions options;
   for (Keyframe& keyframe : level.graph.keyframes) keyframe.fixed = true;
   EXPECT_TRUE(find_doubles(level.graph, level.outlines, {}, options).empty());
