@@ -15,8 +15,10 @@
 namespace lamina::apps {
 namespace {
 
-constexpr double kClearance = 0.1;   // m between a rim and its floor
-constexpr double kThickest = 0.15;   // m of a rim: what is higher is the face of a thing
+constexpr double kClearance = 0.1;  // m between a rim and its floor
+// m of a rim: what is higher is the face of a thing. Outlines are squares of 0.1 m: a plane made of
+// a board's edge of 5 cm may be 0.2 m high in the map.
+constexpr double kThickest = 0.25;
 constexpr double kLength = 0.2;      // m of a rim, at the least
 constexpr double kSameRim = 0.1;     // m of height
 constexpr double kDeepest = 1;       // m from a rim: boards and tops are no deeper
@@ -143,7 +145,7 @@ class Shadows {
       Rim& rim = rims.emplace_back();
       rim.cell = s.cell;
       rim.floor = s.floor;
-      rim.p_map = {c.x(), c.y(), s.low};
+      rim.p_map = {c.x(), c.y(), (s.low + s.high) / 2};
     }
   }
 

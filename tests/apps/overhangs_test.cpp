@@ -107,6 +107,19 @@ TEST(Overhangs, WallsHideNothingThatWasSeenFromBeforeThem) {
   EXPECT_TRUE(drive.hidden(drive.rim).empty());
 }
 
+// Outlines are squares of 0.1 m: the plane of an edge of 4 cm stands in two of them.
+TEST(Overhangs, ARimMadeOfAPlaneIsARim) {
+  Drive drive;
+  for (SolidCell& cell : drive.rim) {
+    cell.low = 0.6;
+    cell.high = 0.8;
+  }
+  drive.see(3, kTop, 0);
+  EXPECT_TRUE(drive.hidden(2.12, 0.02));
+  for (SolidCell& cell : drive.rim) cell.low = 0.4;  // the face of a cupboard
+  EXPECT_TRUE(drive.hidden(drive.rim).empty());
+}
+
 TEST(Overhangs, FewPointsAndThingsOnTheFloorAreNoRims) {
   Drive drive;
   drive.see(3, kTop, 0);
