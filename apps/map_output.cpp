@@ -13,6 +13,7 @@
 
 #include <lamina/apps/ground_hits.hpp>
 #include <lamina/apps/leaning_walls.hpp>
+#include <lamina/apps/legs.hpp>
 #include <lamina/apps/occupancy_of_scans.hpp>
 #include <lamina/apps/overhangs.hpp>
 #include <lamina/apps/recorded_stamps.hpp>
@@ -225,11 +226,16 @@ void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
   // Scans alone may make a scrap of a level plane out of clutter: that is no floor.
   const bool floor_seen =
       rasterizer.floor_seen() && (!map.surfels.empty() || rasterizer.floor_under_path());
-  const std::vector<CellIndex> hidden =
-      hidden_behind(rasterizer.solid_cells(), sights_.seen(), trajectory, settings_.grid_resolution,
-                    [this](const auto& take) { for_each_scan(take); });
+  const std::vector<SolidCell> solid = rasterizer.solid_cells();
+  const std::vector<CellIndex> behind = hidden_behind(
+                                   solid, sights_.seen(), trajectory, settings_.grid_resolution,
+                                   [this](const auto&take) { for_each_scan(take); }),
+                               between =
+                                   between_legs(solid, sights_.seen(), trajectory,
+                                                settings_.grid_resolution, settings_.robot.height);
   NavigabilityGrid grid = std::move(rasterizer).take_grid();
-  hide(grid, hidden);
+  hide(grid, behind);
+  hide(grid, between);
   // A map from scans alone: nothing looked at the floor, what is clear at the scanner's height is
   // the best there is, and its confidence says so.
   if (!floor_seen && occupancy) fill_from_occupancy(grid, *occupancy);

@@ -6,11 +6,9 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <string_view>
 #include <utility>
 
-#include <lamina/io/session_archive.hpp>
-#include <lamina/models/model_archive.hpp>
+#include <lamina/apps/hidden_places.hpp>
 
 namespace lamina::apps {
 namespace {
@@ -24,19 +22,8 @@ constexpr double kSameRim = 0.1;     // m of height
 constexpr double kDeepest = 1;       // m from a rim: boards and tops are no deeper
 constexpr double kNarrowest = 0.25;  // m from a rim to the one across
 constexpr double kBehind = 0.2;      // m behind a rim, at the least, where floor must show
-constexpr double kRadius = 0.06;     // m about a place, as of what moved on
-constexpr double kFarthest = 8;      // m
-constexpr double kRobot = 0.15;      // m beside the path
-constexpr double kOnFloor = 0.2;     // m between a robot's body frame and its floor
-constexpr int kLooks = 3;            // that went past a place
 constexpr std::size_t kWays = 180;   // directions: at 1 m their lines are less than a cell apart
 constexpr std::size_t kAlike = 3;    // of these to either side that see the same
-
-struct HiddenPlace {
-  Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
-  double floor = 0;  // map z
-  int past = 0;
-};
 
 double heading_of(std::size_t way) {
   return (static_cast<double>(way) + 0.5) * 2 * M_PI / static_cast<double>(kWays);
@@ -67,61 +54,14 @@ struct Rim {
   void meet_from(const Eigen::Vector3d& from_map) { met.set(way_of((p_map - from_map).head<2>())); }
 };
 
-// Whoever is near a place of `points`: by squares of a metre.
-template <class Item>
-class Squares {
- public:
-  explicit Squares(std::vector<Item>& items) : items_(items) {
-    for (std::size_t k = 0; k < items.size(); ++k) squares_[square(items[k].p_map)].push_back(k);
-  }
-  template <class Visit>
-  void for_each_near(const Eigen::Vector3d& p, double reach, const Visit& visit) {
-    const auto [i0, j0] = square(p - Eigen::Vector3d(reach, reach, 0));
-    const auto [i1, j1] = square(p + Eigen::Vector3d(reach, reach, 0));
-    for (auto i = i0; i <= i1; ++i) {
-      for (auto s = squares_.lower_bound({i, j0}); s != squares_.end() && s->first <= Square{i, j1};
-           ++s) {
-        for (const std::size_t k : s->second) visit(items_[k]);
-      }
-    }
-  }
-
- private:
-  using Square = std::pair<std::int64_t, std::int64_t>;
-  static Square square(const Eigen::Vector3d& p) {
-    return {static_cast<std::int64_t>(std::floor(p.x())),
-            static_cast<std::int64_t>(std::floor(p.y()))};
-  }
-  std::vector<Item>& items_;
-  std::map<Square, std::vector<std::size_t>> squares_;
-};
-
-// Asks every look of the items in its reach: take(item, look, T_map_camera, T_camera_map).
-template <class Item, class Take>
-void ask(const io::Spool& looks, const Trajectory& path, std::vector<Item>& items,
-         const Take& take) {
-  Squares<Item> squares(items);
-  looks.for_each([&](std::string_view bytes) {
-    io::SeenDepth seen;
-    ArchiveReader archive(bytes);
-    archive(seen);
-    const auto T_map_body = path.at(seen.stamp);
-    if (!T_map_body) return;
-    const SE3 T_map_camera = *T_map_body * seen.T_body_camera,
-              T_camera_map = T_map_camera.inverse();
-    squares.for_each_near(T_map_camera.translation(), kFarthest,
-                          [&](Item& item) { take(item, seen.look, T_map_camera, T_camera_map); });
-  });
-}
-
 // What a look says of a rim, and of the floor behind it: further than what it may mistake for it.
 void ask_rim(Rim& rim, const DepthLook& look, const SE3& T_map_camera, const SE3& T_camera_map) {
   const Eigen::Vector3d p_camera = T_camera_map * rim.p_map;
-  if (look.at(p_camera, kRadius) == Sight::kMet) rim.meet_from(T_map_camera.translation());
+  if (look.at(p_camera, kLookRadius) == Sight::kMet) rim.meet_from(T_map_camera.translation());
   const Eigen::Vector2d along = (rim.p_map - T_map_camera.translation()).head<2>().normalized();
   const double behind = std::max(kBehind, 1.25 * look.margin(std::max(0.0, p_camera.z())));
   const Eigen::Vector2d floor = rim.p_map.head<2>() + behind * along;
-  if (look.at(T_camera_map * Eigen::Vector3d(floor.x(), floor.y(), rim.floor), kRadius) ==
+  if (look.at(T_camera_map * Eigen::Vector3d(floor.x(), floor.y(), rim.floor), kLookRadius) ==
       Sight::kMet)
     rim.under.set(way_of(along));
 }
@@ -203,18 +143,6 @@ void meet_by_scans(const ForEachScan& for_each_scan, const Trajectory& path, dou
   });
 }
 
-// Where the robot went nothing hangs.
-void pass_robot(const Trajectory& path, std::vector<HiddenPlace>& places) {
-  Squares<HiddenPlace> squares(places);
-  for (const StampedPose& pose : path) {
-    const Eigen::Vector3d& p = pose.pose.translation();
-    squares.for_each_near(p, kRobot, [&](HiddenPlace& place) {
-      const bool beside = (place.p_map - p).head<2>().norm() <= kRobot;
-      if (beside && std::abs(place.floor - p.z()) <= kOnFloor) place.past = kLooks;
-    });
-  }
-}
-
 }  // namespace
 
 std::vector<CellIndex> hidden_behind(const std::vector<SolidCell>& solid, const io::Spool& looks,
@@ -245,14 +173,10 @@ std::vector<CellIndex> hidden_behind(const std::vector<SolidCell>& solid, const 
       places.push_back({{c.x(), c.y(), rim.p_map.z()}, rim.floor, 0});
     return true;
   });
-  ask(looks, trajectory, places,
-      [](HiddenPlace& place, const DepthLook& look, const SE3&, const SE3& T_camera_map) {
-        place.past += look.at(T_camera_map * place.p_map, kRadius) == Sight::kPast;
-      });
-  pass_robot(trajectory, places);
+  look_past(looks, trajectory, places);
   std::set<CellIndex> hidden;
   for_each_line([&](const Rim& rim, const CellIndex& cell) {
-    const bool seen = places[place_of.at(key(rim, cell))].past >= kLooks;
+    const bool seen = places[place_of.at(key(rim, cell))].past >= kLooksPast;
     if (!seen) hidden.insert(cell);
     return !seen;
   });
