@@ -15,7 +15,7 @@
 namespace lamina::apps {
 namespace {
 
-constexpr io::SealedKind kKind{"LAMINACP", 24, "a checkpoint of `lamina map`"};
+constexpr io::SealedKind kKind{"LAMINACP", 25, "a checkpoint of `lamina map`"};
 
 constexpr std::size_t kMostPending = 4 << 20;  // bytes
 

@@ -248,12 +248,13 @@ void FrontEnd::begin_scans(Timestamp stamp, Step& step, ScanMotion& motion) {
 }
 
 // Returns enough to tell, none of them where they should be. Where they are, but too noisy to say
-// more than the wheels, those are to be believed.
+// more than the wheels, those are to be believed; so are wheels that go on while people or glass
+// hide for one scan what stands there.
 bool FrontEnd::lost(const ScanMotion& motion, bool guessed) const {
   constexpr std::size_t kEnough = 30;
   const bool fits = motion.matched >= scan_odometry_.options().lost_matched;
-  return motion.status == ScanMotion::Status::kPredicted && !(guessed && fits) &&
-         scan_odometry_.last_points().size() >= kEnough;
+  return motion.status == ScanMotion::Status::kPredicted && !motion.wheels_went_on &&
+         !(guessed && fits) && scan_odometry_.last_points().size() >= kEnough;
 }
 
 // Matching scans tells the motion in the plane of a level scanner. What it cannot tell, odometry

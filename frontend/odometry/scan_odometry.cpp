@@ -73,6 +73,7 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   const Prediction prediction = predict(wheels);
   const double dt = last_stamp_ ? scan.stamp - *last_stamp_ : 0;
   const bool regular = std::abs(dt - last_interval_) < 0.2 * dt;  // a step is a velocity
+  const bool go_on = wheels && told_ && wheels_go_on(*wheels, dt, last_interval_);
   last_stamp_ = scan.stamp;
   last_interval_ = dt;
   LineMatch match = align(prediction, wheels.has_value(), regular ? dt : 0, motion);
@@ -91,6 +92,8 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   const bool doubtful = !wheels && usual_.gap_before(scan.stamp) && usual_.worse(match.matched);
   fill(prediction, match, wheels, doubtful, motion);
   const bool lost = motion.status == ScanMotion::Status::kPredicted;
+  motion.wheels_went_on = lost && go_on;
+  told_ = !lost;
   if (!lost && !frozen) {
     usual_.tracked(scan.stamp, motion.matched);
   } else if (lost && !points_.empty()) {
@@ -103,7 +106,7 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   const PlanarPose step = planar_part(motion.T_prev_curr_body);
   T_local_body_ = T_local_body_ * step;
   velocity_ = step;
-  keep_key_scan(match, lost);
+  keep_key_scan(match, lost && !go_on);
   return motion;
 }
 
@@ -306,9 +309,25 @@ void ScanOdometry::compare(const std::optional<MotionGuess>& wheels, const LineM
              u.dot(match.information.inverse() * u));
 }
 
-void ScanOdometry::keep_key_scan(const LineMatch& match, bool lost) {
+// Taking a robot away and setting it down takes longer than this, and its wheels do not drive then.
+bool ScanOdometry::wheels_go_on(const MotionGuess& wheels, double dt,
+                                double interval_before) const {
+  constexpr double kSetDown = 1;       // s
+  constexpr double kTurning = 5;       // rad/s^2, of robots that begin or end a turn
+  constexpr double kLeastTurn = 0.05;  // rad between scans: what wheels and scans are off by
+  if (!(dt > 0 && dt < kSetDown && interval_before > 0)) return false;
+  const PlanarPose step = planar_part(wheels.T_prev_curr_body);
+  const Eigen::Vector2d now = step.translation() / dt;
+  const Eigen::Vector2d before = velocity_.translation() / interval_before;
+  if (step.translation().norm() < kStands) return false;
+  const double turned = std::abs(step.yaw - velocity_.yaw * dt / interval_before);
+  return (now - before).norm() < options_.steady * now.norm() &&
+         turned < kLeastTurn + kTurning * dt * dt;
+}
+
+void ScanOdometry::keep_key_scan(const LineMatch& match, bool forget) {
   if (points_.empty()) return;
-  if (lost) key_scans_.clear();
+  if (forget) key_scans_.clear();
   if (!key_scans_.empty()) {
     const PlanarPose d = key_scans_.back().T_local_body.inverse() * T_local_body_;
     const bool moved =

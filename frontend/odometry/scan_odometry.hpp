@@ -74,6 +74,7 @@ struct ScanMotion {
   double matched = 0;           ///< fraction of scan points found in the local map
   bool searched = false;        ///< a correlative search was needed
   bool wheels_slipped = false;  ///< the scan by itself was believed over them (WheelDoubt)
+  bool wheels_went_on = false;  ///< as before, where one scan said nothing: nobody carried the body
   int iterations = 0;
   LeftToWheels left_to_wheels;  ///< where these were asked
 };
@@ -100,7 +101,7 @@ class ScanOdometry {
   template <class A>
   friend void fields(A& a, ScanOdometry& v) {
     a(v.points_, v.T_local_body_, v.T_local_alone_, v.velocity_, v.key_scans_, v.map_, v.usual_,
-      v.last_stamp_, v.last_interval_, v.doubt_);
+      v.last_stamp_, v.last_interval_, v.told_, v.doubt_);
     if constexpr (A::kReading) v.grid_.reset();  // made anew from the map when it is needed
   }
 
@@ -134,7 +135,9 @@ class ScanOdometry {
   void fill(const Prediction& prediction, const LineMatch& match,
             const std::optional<MotionGuess>& wheels, bool doubtful, ScanMotion& motion) const;
   std::optional<PlanarPose> alone(const Prediction& prediction, const LineMatch& match) const;
-  void keep_key_scan(const LineMatch& match, bool lost);
+  /// Whether wheels say that the body, `dt` s after the last scan, drives as it did before that.
+  bool wheels_go_on(const MotionGuess& wheels, double dt, double interval_before) const;
+  void keep_key_scan(const LineMatch& match, bool forget);
   /// Tells doubt_ how far a match (lost: none) and the wheels differ along the latter's way.
   void compare(const std::optional<MotionGuess>& wheels, const LineMatch& match, bool lost);
 
@@ -148,13 +151,14 @@ class ScanOdometry {
   WheelDoubt doubt_;
   std::optional<Timestamp> last_stamp_;
   double last_interval_ = 0;            ///< s
+  bool told_ = false;                   ///< the last scan told something of its motion
   std::optional<LikelihoodGrid> grid_;  ///< of map_, made when first needed
 };
 
 template <class A>
 void fields(A& a, ScanMotion& v) {
   a(v.T_prev_curr_body, v.covariance, v.by_scans_alone, v.status, v.unknown_directions, v.matched,
-    v.searched, v.wheels_slipped, v.iterations, v.left_to_wheels);
+    v.searched, v.wheels_slipped, v.wheels_went_on, v.iterations, v.left_to_wheels);
 }
 
 }  // namespace lamina
