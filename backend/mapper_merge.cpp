@@ -8,6 +8,7 @@
 #include <lamina/backend/plane_doubles.hpp>
 #include <lamina/backend/plane_split.hpp>
 #include <lamina/backend/shifted_names.hpp>
+#include <lamina/backend/waiting_doubles.hpp>
 
 namespace lamina {
 namespace {
@@ -101,6 +102,12 @@ std::vector<std::pair<PlaneId, PlaneId>> Mapper::merge_refined(const PlanePairs&
   DoubleOptions options;
   options.association = options_.association;
   auto pairs = find_doubles(graph_, outlines_, apart, options);
+  std::set<PlaneId> go;
+  for (const auto& [from, into] : pairs) go.insert(from);
+  for (const auto& pair : find_waiting_doubles(graph_, outlines_, apart, options)) {
+    if (go.count(pair.first) || go.count(pair.second)) continue;
+    pairs.push_back(pair);
+  }
   if (pairs.empty()) pairs = find_slivers(graph_, outlines_, apart, options);
   for (const auto& [from, into] : pairs) join_planes(from, into);
   return pairs;

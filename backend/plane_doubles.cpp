@@ -13,6 +13,7 @@
 #include <lamina/backend/covariance.hpp>
 #include <lamina/backend/crossing_planes.hpp>
 #include <lamina/backend/level_gaps.hpp>
+#include <lamina/backend/plane_agreement.hpp>
 #include <lamina/backend/plane_neighbourhood.hpp>
 #include <lamina/backend/views_apart.hpp>
 #include <lamina/models/linalg.hpp>
@@ -36,16 +37,6 @@ constexpr double kMostOff = 0.3;  // m: one wall stands no further apart
 constexpr double kSameSide = 60 * kDegree;
 constexpr double kAlike = 2.0;  // chi-squared: no telling which of two fits
 
-// The tangent of a plane about its anchor, seen about `middle_map` in the tangent basis B_into.
-Eigen::Matrix3d about_middle(const PlaneLandmark& plane, const Eigen::Vector3d& middle_map,
-                             const Matrix32d& B_into) {
-  const Matrix32d B = plane.plane_anchor.tangent_basis();
-  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
-  J.topLeftCorner<2, 2>() = B_into.transpose() * B;
-  J.bottomLeftCorner<1, 2>() = -(middle_map - plane.anchor_map).transpose() * B;
-  return J;
-}
-
 using Pairs = std::set<std::pair<PlaneId, PlaneId>>;
 
 bool has(const Pairs& pairs, PlaneId a, PlaneId b) {
@@ -59,15 +50,9 @@ struct Agreement {
 
 Agreement agreement(const PlaneLandmark& a, const PlaneLandmark& b, const Eigen::Vector3d& middle,
                     const Matrix6d& joint, const AssociationOptions& options) {
-  const Eigen::Vector3d off = a.plane_map().about(middle).boxminus(b.plane_map().about(middle));
-  const Matrix32d B = b.plane_anchor.tangent_basis();
-  Eigen::Matrix<double, 3, 6> J;
-  J << about_middle(a, middle, B), -about_middle(b, middle, B);
+  const auto [off, J] = gap_between(a, b, middle);
   Eigen::Matrix3d C = J * joint * J.transpose();
-  // Each of the two is its own fit to a surface that is no plane.
-  const double tilt = std::sqrt(2.0) * options.surface_sigma_deg * kDegree;
-  const double rho = std::sqrt(2.0) * options.surface_sigma_m;
-  C.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, rho * rho);
+  C.diagonal() += surface_noise(options);
   const Eigen::LLT<Eigen::Matrix3d> llt(C);
   if (!C.allFinite() || llt.info() != Eigen::Success) return {};
   return {off.dot(llt.solve(off)), std::sqrt(C(2, 2))};
