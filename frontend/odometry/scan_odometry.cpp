@@ -106,7 +106,7 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   const PlanarPose step = planar_part(motion.T_prev_curr_body);
   T_local_body_ = T_local_body_ * step;
   velocity_ = step;
-  keep_key_scan(match, lost && !go_on);
+  keep_key_scan(match, lost);
   return motion;
 }
 
@@ -325,9 +325,9 @@ bool ScanOdometry::wheels_go_on(const MotionGuess& wheels, double dt,
          turned < kLeastTurn + kTurning * dt * dt;
 }
 
-void ScanOdometry::keep_key_scan(const LineMatch& match, bool forget) {
+void ScanOdometry::keep_key_scan(const LineMatch& match, bool lost) {
   if (points_.empty()) return;
-  if (forget) key_scans_.clear();
+  if (lost) key_scans_.clear();
   if (!key_scans_.empty()) {
     const PlanarPose d = key_scans_.back().T_local_body.inverse() * T_local_body_;
     const bool moved =

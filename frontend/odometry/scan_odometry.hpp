@@ -137,7 +137,7 @@ class ScanOdometry {
   std::optional<PlanarPose> alone(const Prediction& prediction, const LineMatch& match) const;
   /// Whether wheels say that the body, `dt` s after the last scan, drives as it did before that.
   bool wheels_go_on(const MotionGuess& wheels, double dt, double interval_before) const;
-  void keep_key_scan(const LineMatch& match, bool forget);
+  void keep_key_scan(const LineMatch& match, bool lost);
   /// Tells doubt_ how far a match (lost: none) and the wheels differ along the latter's way.
   void compare(const std::optional<MotionGuess>& wheels, const LineMatch& match, bool lost);
 
