@@ -5,7 +5,9 @@
 #include <cmath>
 #include <vector>
 
+#include <lamina/apps/sight_votes.hpp>
 #include <lamina/frontend/obstacles/depth_looker.hpp>
+#include <lamina/models/trajectory.hpp>
 
 namespace lamina::apps {
 
@@ -57,6 +59,22 @@ struct BoxHall {
       }
     }
     return frame;
+  }
+};
+
+/// Looks at a hall, four a second, and the path they were taken along.
+struct Looks {
+  SightVotes votes;
+  Trajectory path;
+
+  void add(const DepthFrame& frame, double x, int images) {
+    const DepthLook look = depth_look(frame);
+    for (int i = 0; i < images; ++i) {
+      const auto stamp =
+          Timestamp::from_nanoseconds(static_cast<std::int64_t>(path.size()) * 250'000'000);
+      votes.add(stamp, look, frame.camera.camera.T_body_camera);
+      path.add(stamp, SE3::from_translation({x, 0, 0}));
+    }
   }
 };
 

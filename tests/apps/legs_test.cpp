@@ -5,7 +5,6 @@
 #include <string>
 
 #include <lamina/apps/legs.hpp>
-#include <lamina/apps/sight_votes.hpp>
 
 #include "box_hall.hpp"
 
@@ -20,8 +19,7 @@ struct Table {
   double seen;    // height that the grid has them to, m
   std::vector<Box> boxes;
   std::vector<SolidCell> solid;
-  SightVotes votes;
-  Trajectory path;
+  Looks looks;
 
   Table(double leg_length, double seen_to) : length(leg_length), seen(seen_to) {
     for (const double x : {1.8, 2.6}) {
@@ -35,17 +33,10 @@ struct Table {
     solid.push_back({{cell.i + 1, cell.j}, 0, 0.1, seen - 0.1});
   }
   void see(double x, double pitch, int images) {
-    const DepthFrame frame = BoxHall{boxes}.image(x, pitch);
-    const DepthLook look = depth_look(frame);
-    for (int i = 0; i < images; ++i) {
-      const auto stamp =
-          Timestamp::from_nanoseconds(static_cast<std::int64_t>(path.size()) * 250'000'000);
-      votes.add(stamp, look, frame.camera.camera.T_body_camera);
-      path.add(stamp, SE3::from_translation({x, 0, 0}));
-    }
+    looks.add(BoxHall{boxes}.image(x, pitch), x, images);
   }
   std::vector<CellIndex> hidden() const {
-    return between_legs(solid, votes.seen(), path, 0.05, kRobotHeight);
+    return between_legs(solid, looks.votes.seen(), looks.path, 0.05, kRobotHeight);
   }
   bool hidden(double x, double y) const {
     const auto cells = hidden();
@@ -108,7 +99,8 @@ TEST(Legs, ThingsFurtherApartAreNotLegsOfOneTable) {
 TEST(Legs, WhereTheRobotPassedNothingHangs) {
   Table table(0.7, 0.4);
   table.see(0.8, kDown, 3);
-  table.path.add(Timestamp::from_nanoseconds(10'000'000'000), SE3::from_translation({2.2, 0, 0}));
+  table.looks.path.add(Timestamp::from_nanoseconds(10'000'000'000),
+                       SE3::from_translation({2.2, 0, 0}));
   EXPECT_FALSE(table.hidden(2.22, 0.02));
   EXPECT_TRUE(table.hidden(2.22, 0.22));
 }

@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include <lamina/apps/overhangs.hpp>
-#include <lamina/apps/sight_votes.hpp>
 
 #include "box_hall.hpp"
 
@@ -19,8 +18,7 @@ const Box kWall{{1.8, -0.8, 0}, {1.9, 0.8, 2}};
 // A hall with a wall at x = 5, a camera at 0.6 m that looks along x, a little down. Tops and
 // undersides return nothing.
 struct Drive {
-  SightVotes votes;
-  Trajectory path;
+  Looks looks;
   std::vector<io::KeptScan> scans;
   std::vector<SolidCell> rim;  // at x = 1.8
 
@@ -28,31 +26,24 @@ struct Drive {
     for (int j = -10; j < 10; ++j) rim.push_back({{36, j}, 0, 0.7, 0.72});
   }
   void see(int images, const Box& box, double x) {
-    const DepthFrame frame = BoxHall{{box}, true}.image(x, 0.2);
-    const DepthLook look = depth_look(frame);
-    for (int i = 0; i < images; ++i) {
-      const auto stamp =
-          Timestamp::from_nanoseconds(static_cast<std::int64_t>(path.size()) * 250'000'000);
-      votes.add(stamp, look, frame.camera.camera.T_body_camera);
-      path.add(stamp, SE3::from_translation({x, 0, 0}));
-    }
+    looks.add(BoxHall{{box}, true}.image(x, 0.2), x, images);
     if (x < 1.8) scan(box);
   }
   // Of the last image: beams that end at the rim, which squares of looks are too large to tell.
   void scan(const Box& box) {
     io::KeptScan kept;
     kept.from_depth = true;
-    kept.scan.stamp = path.back().stamp;
+    kept.scan.stamp = looks.path.back().stamp;
     kept.scan.angle_min = -0.4;
     kept.scan.angle_increment = 0.01;
-    const double ahead = box.low.x() + 0.02 - path.back().pose.translation().x();
+    const double ahead = box.low.x() + 0.02 - looks.path.back().pose.translation().x();
     for (int k = -40; k <= 40; ++k) {
       kept.scan.ranges.push_back(static_cast<float>(ahead / std::cos(0.01 * k)));
     }
     scans.push_back(kept);
   }
   std::vector<CellIndex> hidden(const std::vector<SolidCell>& solid) const {
-    return hidden_behind(solid, votes.seen(), path, 0.05, [this](const auto& take) {
+    return hidden_behind(solid, looks.votes.seen(), looks.path, 0.05, [this](const auto& take) {
       for (const io::KeptScan& kept : scans) take(kept);
     });
   }
@@ -96,7 +87,8 @@ TEST(Overhangs, WhereTheRobotPassedNothingHangs) {
   Drive drive;
   drive.see(3, kBar, 0);
   EXPECT_TRUE(drive.hidden(2.12, 0.02));
-  drive.path.add(Timestamp::from_nanoseconds(10'000'000'000), SE3::from_translation({2.12, 0, 0}));
+  drive.looks.path.add(Timestamp::from_nanoseconds(10'000'000'000),
+                       SE3::from_translation({2.12, 0, 0}));
   EXPECT_FALSE(drive.hidden(2.12, 0.02));
   EXPECT_TRUE(drive.hidden(2.12, 0.32));
 }

@@ -10,21 +10,10 @@
 namespace lamina {
 namespace {
 
+using testing::drive;
+using testing::guess;
 using testing::room;
 using testing::Scanner;
-
-/// A bent drive through room(): pose at step i.
-SE3 drive(int i) {
-  const double s = 0.05 * i;
-  return SE3::planar(-1.5 + 0.9 * s, 0.4 * std::sin(s), 0.6 * std::sin(0.9 * s));
-}
-
-MotionGuess guess(const SE3& T, double sigma_t, double sigma_r) {
-  MotionGuess g{T, Matrix6d::Identity() * 1e-6};
-  g.covariance(0, 0) = g.covariance(1, 1) = sigma_t * sigma_t;
-  g.covariance(5, 5) = sigma_r * sigma_r;
-  return g;
-}
 
 struct Hidden {
   ScanMotion motion;  ///< of the hidden scan

@@ -5,6 +5,7 @@
 #include <random>
 #include <vector>
 
+#include <lamina/frontend/odometry/scan_odometry.hpp>
 #include <lamina/models/lie/se3.hpp>
 #include <lamina/sensors/laser_scan.hpp>
 
@@ -40,6 +41,20 @@ inline std::vector<Wall> niches() {
     }
   }
   return walls;
+}
+
+/// A bent drive through room(): pose at step i.
+inline SE3 drive(int i) {
+  const double s = 0.05 * i;
+  return SE3::planar(-1.5 + 0.9 * s, 0.4 * std::sin(s), 0.6 * std::sin(0.9 * s));
+}
+
+/// What wheels say of a motion in the plane (1-sigma, m and rad).
+inline MotionGuess guess(const SE3& T, double sigma_t, double sigma_r) {
+  MotionGuess g{T, Matrix6d::Identity() * 1e-6};
+  g.covariance(0, 0) = g.covariance(1, 1) = sigma_t * sigma_t;
+  g.covariance(5, 5) = sigma_r * sigma_r;
+  return g;
 }
 
 struct Scanner {
