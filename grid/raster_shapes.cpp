@@ -100,10 +100,11 @@ bool fills(const Support& s, bool has_surfels, int i, int j, const Canvas& canva
   const DiscDistance::Nearest disc = canvas.discs.at(i, j);
   if (disc.distance > canvas.options.plane_ring) return !has_surfels;
   const auto gap = static_cast<float>(canvas.options.level_gap);
-  // Images that saw what lies below looked through.
-  if (has_surfels && disc.height < s.height - gap)
-    return canvas.discs.disc_near(i, j, canvas.options.plane_gap, s.height, gap);
   const bool same = std::abs(disc.height - s.height) <= gap;
+  // Images that saw what lies below looked through; those that saw what lies above saw nothing
+  // under it.
+  if (has_surfels && !same)
+    return canvas.discs.disc_near(i, j, canvas.options.plane_gap, s.height, gap);
   if (!same || disc.walked <= canvas.options.plane_gap) return true;
   return disc.walked <= canvas.options.wall_gap &&
          canvas.discs.wall_near(i, j, canvas.options.wall_near, s.height);

@@ -167,6 +167,26 @@ TEST(RasterLevels, ARampLeadsToAStoreyOfFullValue) {
               1e-5);
 }
 
+// The floor on both sides of a ramp has an outline around both: images that saw the ramp saw no
+// floor under it.
+TEST(RasterLevels, AFloorsPlaneFillsNothingUnderARampItSurrounds) {
+  PlanarMap map;
+  test::add_path(map, {-2.9, 0, 0}, {-1, 0, 0});
+  test::add_path(map, {-1, 0, 0}, {2.9, 0, 0.39});
+  const auto on_ramp = [](double x, double y) { return x > -1 && std::abs(y) < 0.5; };
+  test::add_floor(map, {-3, -3}, {3, 3}, flat);
+  std::erase_if(map.surfels, [&](const Surfel& s) { return on_ramp(s.center.x(), s.center.y()); });
+  for (Surfel& s : map.surfels) s.parent_plane = 0;
+  test::add_plate(map, {-3, -3}, {3, 3}, 0, true);
+  test::add_floor(map, {-1, -0.5}, {3, 0.5}, [](double x, double) { return 0.1 * (x + 1); });
+  const NavigabilityGrid grid = rasterize(map);
+  for (const double x : {0.025, 1.025, 2.525}) {
+    EXPECT_GT(test::at(grid, x, 0.025).navigability, 0.5F) << x;
+    EXPECT_NEAR(test::at(grid, x, 0.025).height, 0.1 * (x + 1), 1e-3) << x;
+  }
+  EXPECT_EQ(test::at(grid, 0.025, 2.025).navigability, 1.0F) << "floor beside it";
+}
+
 TEST(RasterLevels, WithoutAPathTheLargestFloorIsTheFloor) {
   PlanarMap map;
   test::add_floor(map, {-1, -1}, {1, 1}, [](double, double) { return 3.0; });
