@@ -5,6 +5,7 @@
 #include <lamina/apps/depth_images.hpp>
 #include <lamina/apps/mounting_calibration.hpp>
 #include <lamina/apps/wheel_calibration.hpp>
+#include <lamina/frontend/odometry/place_watch.hpp>
 
 namespace lamina::apps {
 
@@ -13,6 +14,7 @@ namespace {
 struct Told {
   std::vector<std::optional<Increment>> motions;  // of the steps, where images tell them
   std::vector<LeftToWheels> left_to_wheels;       // where they were asked
+  std::vector<std::size_t> carried;               // steps from one place to another
   std::optional<MountingCorrection> mounting;
   MountingEvidence of_mounting;
 };
@@ -24,7 +26,10 @@ Told look(Recording& recording, const DepthDistortion& distortion, const std::ve
   Told told{std::vector<std::optional<Increment>>(steps.size()),
             std::vector<LeftToWheels>(steps.size()),
             {},
+            {},
             {}};
+  PlaceWatch place;
+  std::vector<std::size_t> seen;  // the images' steps
   std::size_t i = 0;
   bool follows = false;  // the image of the step before was seen
   while (!ended()) {
@@ -47,6 +52,10 @@ Told look(Recording& recording, const DepthDistortion& distortion, const std::ve
       told.motions[i] = Increment{motion.T_prev_curr_body, motion.covariance};
     if (known) told.left_to_wheels[i] = left_to_wheels(motion, guess);
     camera.add(known ? std::optional(wheels) : std::nullopt, motion);
+    if (!known) place = PlaceWatch();
+    seen.push_back(i);
+    if (const auto ago = place.add(*frame, motion.T_prev_curr_body, wheels.T_from_to))
+      told.carried.push_back(seen[seen.size() - 1 - *ago]);
     follows = true;
     ++i;
   }
@@ -69,6 +78,7 @@ MotionsByImages refine_motions_by_images(const OpenRecording& open,
     told = look(*open(), distortion, steps, ended);
   }
   result.left = told.of_mounting;
+  for (const std::size_t i : told.carried) steps[i].tracking_lost = true;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     steps[i].left_to_wheels = told.left_to_wheels[i];
     if (!told.motions[i]) continue;

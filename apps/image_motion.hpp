@@ -25,8 +25,9 @@ struct MotionsByImages {
 /// depth odometry with the wheels for a prior gives the motions between images, in all directions
 /// that surfaces hold. Steps whose image is not there, or says nothing, keep the wheels' motion.
 /// Where images and wheels tell that the camera sits otherwise than is said (CameraAgainstWheels),
-/// and `remounting`, it is remounted and all images are looked at once more. For steps of wheels
-/// and depth images alone. `ended` returning true stops early.
+/// and `remounting`, it is remounted and all images are looked at once more. Steps to another place
+/// than wheels and images say (PlaceWatch) lose tracking. For steps of wheels and depth images
+/// alone. `ended` returning true stops early.
 MotionsByImages refine_motions_by_images(const OpenRecording& open,
                                          const DepthDistortion& distortion,
                                          std::vector<Step>& steps, bool remounting,

@@ -45,6 +45,17 @@ std::vector<std::uint8_t> widened(const DepthBlocks& blocks,
 
 }  // namespace
 
+SeenFrom seen_from(const DepthBlocks& back, const Eigen::Vector3f& point, float sigma) {
+  const DepthBlock* under = block_under(back, point);
+  if (!under || !under->valid()) return SeenFrom::kUnknown;
+  const int at = static_cast<int>(under - back.blocks.data());
+  if (before_all(back, at % back.width, at / back.width, point.z(), sigma))
+    return SeenFrom::kBefore;
+  const float off = std::abs(under->point.z() - point.z());
+  return off < kDepthShare * point.z() + kSigmas * (under->sigma + sigma) ? SeenFrom::kLike
+                                                                          : SeenFrom::kUnknown;
+}
+
 std::vector<std::uint8_t> moving_blocks(const DepthBlocks& back, const DepthBlocks& front,
                                         const SE3& T_back_front) {
   const Eigen::Matrix3f R = T_back_front.so3().matrix().cast<float>();

@@ -9,6 +9,13 @@
 
 namespace lamina {
 
+enum class SeenFrom { kUnknown, kBefore, kLike };
+
+/// Where a point with its noise (camera frame of `back`, m) is to what `back` measured around its
+/// ray: before all of it, by a tenth of the depth and four sigmas; as far as it; or anything else
+/// (behind it, at an edge, out of sight).
+SeenFrom seen_from(const DepthBlocks& back, const Eigen::Vector3f& point, float sigma);
+
 /// One mark a block of `front`: 1 where it stands before all that `back` measured around the same
 /// ray, by a tenth of the depth and four sigmas, and over the surface around such a place (without
 /// steps or bends: a person, not the floor they stand on). Two images of what stands still show

@@ -15,7 +15,11 @@ constexpr int kImages = 12;
 
 // Towards the corner of a room, turning a little.
 SE3 pose(int i) { return SE3::planar(0.06 * i, 0.01 * i, 0.01 * i); }
+constexpr int kChange = 5;  // the first image after it
 Timestamp stamp(int i) { return Timestamp::from_seconds(1000 + 0.1 * i); }
+
+// What happens without a word of the wheels.
+enum class What { kNothing, kCarried, kDoorOpens };
 
 class DriveRecording final : public Recording {
  public:
@@ -24,10 +28,13 @@ class DriveRecording final : public Recording {
     if (given_ == kImages) return std::nullopt;
     if (given_ == breaks_at) throw Error("the file ends here");
     const DepthCamera camera = testing::small_test_camera(0.3);
-    const SE3 T_body_world = pose(given_).inverse();
+    const bool changed = given_ >= kChange;
+    const SE3 carried = what == What::kCarried && changed ? SE3::planar(-3, 0, 0.3) : SE3();
+    const double wall = what == What::kDoorOpens && changed ? 5 : 3;
+    const SE3 T_body_world = (carried * pose(given_)).inverse();
     std::vector<testing::Piece> pieces;
-    for (const Plane& plane : {Plane({0, 0, 1}, 0), Plane({-1, 0, 0}, -3), Plane({0, -1, 0}, -1.5),
-                               Plane({-0.6, 0.8, 0}, -2.4)}) {
+    for (const Plane& plane : {Plane({0, 0, 1}, 0), Plane({-1, 0, 0}, -wall),
+                               Plane({0, -1, 0}, -1.5), Plane({-0.6, 0.8, 0}, -2.4)}) {
       pieces.push_back({T_body_world * plane});
     }
     DepthFrame frame = testing::draw(pieces, camera, 0.02, static_cast<std::uint64_t>(given_ + 1));
@@ -37,11 +44,12 @@ class DriveRecording final : public Recording {
   const Calibration& calibration() const override { return calibration_; }
   std::map<std::string, std::int64_t> skipped() const override { return {}; }
 
-  explicit DriveRecording(int the_missing = -1, int the_broken = -1)
-      : without(the_missing), breaks_at(the_broken) {}
+  explicit DriveRecording(int the_missing = -1, int the_broken = -1, What happens = What::kNothing)
+      : without(the_missing), breaks_at(the_broken), what(happens) {}
 
  private:
   int without, breaks_at;
+  What what;
   int given_ = 0;
   Calibration calibration_;
 };
@@ -72,6 +80,28 @@ double error(const std::vector<Step>& steps) {
 }
 
 const auto kOn = [] { return false; };
+
+// The steps that lost tracking.
+std::vector<int> lost(What happens) {
+  const OpenRecording open = [happens] {
+    return std::make_unique<DriveRecording>(-1, -1, happens);
+  };
+  std::vector<Step> steps = steps_by_wheels();
+  refine_motions_by_images(open, {}, steps, false, kOn);
+  std::vector<int> result;
+  for (int i = 0; i < kImages; ++i)
+    if (steps[static_cast<std::size_t>(i)].tracking_lost) result.push_back(i);
+  return result;
+}
+
+// A robot set down elsewhere, of which wheels say nothing, made a map metres off without a word.
+TEST(ImageMotion, ARobotCarriedAwayIsSaid) {
+  EXPECT_EQ(lost(What::kCarried), std::vector<int>{kChange});
+}
+
+TEST(ImageMotion, ADoorThatOpensIsNoOtherPlace) {
+  EXPECT_TRUE(lost(What::kDoorOpens).empty());
+}
 
 TEST(ImageMotion, ImagesTellBetterThanWheels) {
   std::vector<Step> steps = steps_by_wheels();
