@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lamina/apps/wheel_prior.hpp>
+
 namespace lamina::apps {
 namespace {
 
@@ -27,6 +29,11 @@ void MountingDoubt::hear(const MountingEvidence& evidence) {
 void MountingDoubt::met(const Step& step, bool wheels) {
   wheels_ = wheels;
   const bool level_scanner = step.scan && step.scan_motion;
+  const SensorKind sensor = step.observations.sensor;
+  const bool image = !step.scan && (sensor == SensorKind::kDepth || sensor == SensorKind::kStereo ||
+                                    sensor == SensorKind::kCloud);
+  fans_ = fans_ || (step.scan && !step.scan_motion);
+  others_ = others_ || level_scanner || image;
   if (level_scanner_ && !level_scanner) return;
   level_scanner_ = level_scanner;
   place_body_ = step.observations.T_body_sensor.translation().head<2>();
@@ -56,6 +63,15 @@ void MountingDoubt::tell(Mapper& mapper, io::Metrics& metrics) const {
                heading_deg, place_cm);
   metrics.counts["mounting_heading_sigma_deg"] = heading_deg;
   metrics.counts["mounting_place_sigma_cm"] = place_cm;
+  if (!wheels_alone()) return;
+  const WheelErrors::Matrix prior = WheelPrior(Eigen::Vector2d::Zero()).information();
+  const Eigen::Vector3d of_wheels = prior.diagonal().head<3>();
+  mapper.doubt_wheels(of_wheels.cwiseInverse().asDiagonal());
+  const auto sigma = mapper.path_sigma();
+  const double path = mapper.trajectory().length();
+  metrics.counts["by_wheels_alone_m"] = metrics.counts["way_by_wheels_alone_m"] = path;
+  metrics.counts["heading_by_wheels_alone_m"] = 0;  // walls hold it along themselves
+  if (sigma) metrics.counts["by_wheels_alone_sigma_m"] = *sigma;
 }
 
 }  // namespace lamina::apps

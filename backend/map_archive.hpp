@@ -13,7 +13,7 @@ void fields(A& a, MapFrame& v) {
 template <class A>
 void fields(A& a, MapState& v) {
   a(v.graph, v.frames, v.left_window, v.outlines, v.partial, v.surfels, v.loose_body,
-    v.mounting_doubt);
+    v.mounting_doubt, v.wheel_doubt);
 }
 
 }  // namespace lamina

@@ -23,6 +23,7 @@ struct MapState {
   SurfelEvidence surfels;
   std::map<KeyframeId, std::vector<Eigen::Vector3d>> loose_body;
   Eigen::Matrix3d mounting_doubt = Eigen::Matrix3d::Zero();  ///< Mapper::doubt_mountings()
+  Eigen::Matrix3d wheel_doubt = Eigen::Matrix3d::Zero();     ///< Mapper::doubt_wheels()
 
   /// One line for every broken reference; empty: sound.
   std::vector<std::string> problems() const;
@@ -38,9 +39,9 @@ struct MapOverlap {
 };
 
 /// Adds map b to map a, moved to where it lies; planes of b that are planes of a are merged into
-/// them, all other ids of b are raised to be new. b's datum goes: a's holds both, with its doubt of
-/// mountings. Stamps stay.
-/// Refine afterwards: shared planes tie the two together, and nothing else does.
+/// them, all other ids of b are raised to be new. b's datum goes: a's holds both, with its doubts
+/// of mountings and wheels. Stamps stay. Refine afterwards: shared planes tie the two together, and
+/// nothing else does.
 void append(MapState& a, const MapState& b, const MapOverlap& overlap);
 
 }  // namespace lamina

@@ -20,6 +20,7 @@
 #include <lamina/backend/refiner.hpp>
 #include <lamina/backend/sliding_window.hpp>
 #include <lamina/backend/surfel_estimator.hpp>
+#include <lamina/backend/wheel_errors.hpp>
 #include <lamina/frontend/observation.hpp>
 #include <lamina/models/planar_map.hpp>
 
@@ -76,6 +77,14 @@ class Mapper {
   /// How sure it is where sensors sit on the body: covariance of (x, y, heading; m, rad) of all of
   /// them together (by_mounting). Planes of map() say it; nothing is estimated by it.
   void doubt_mountings(const Eigen::Matrix3d& covariance) { mounting_doubt_ = covariance; }
+
+  /// Wheels alone told the path: covariance of how they err in all motions by scale, drift (rad/m)
+  /// and turn scale (moved_by_wheels), the graph being as it was last refined. Planes of map() say
+  /// it, and path_sigma(); nothing is estimated by it.
+  void doubt_wheels(const Eigen::Matrix3d& covariance);
+  /// m, 1-sigma: root mean square over keyframes of how far they are off from the first pose, by
+  /// the graph as it was last refined and by doubt_wheels(). nullopt where that cannot be told.
+  std::optional<double> path_sigma() const;
 
   /// Floor evidence of keyframes beyond the window that lie within `radius_m` of an older one hangs
   /// on that one from here on, at the poses of now, and every place of the floor on one keyframe:
@@ -228,6 +237,8 @@ class Mapper {
   std::size_t waiting_ = 0;         // of them
   std::map<KeyframeId, std::vector<Eigen::Vector3d>> loose_body_;
   Eigen::Matrix3d mounting_doubt_ = Eigen::Matrix3d::Zero();
+  Eigen::Matrix3d wheel_doubt_ = Eigen::Matrix3d::Zero();
+  MovedByWheels by_wheels_;  // by that, as know_covariances() or doubt_wheels() found the graph
   std::int64_t keyframes_made_ = 0;
   KeyframeId refined_ = KeyframeId::kNone;  // the newest at the last refine()
 };

@@ -57,11 +57,12 @@ Mapper::Mapper(const MapperOptions& options, MapState map) : Mapper(options) {
   surfels_ = std::move(map.surfels);
   loose_body_ = std::move(map.loose_body);
   mounting_doubt_ = map.mounting_doubt;
+  doubt_wheels(map.wheel_doubt);
 }
 
 MapState Mapper::state() const {
-  MapState map{graph_,   {},       left_window_, outlines_,
-               partial_, surfels_, loose_body_,  mounting_doubt_};
+  MapState map{graph_,   {},          left_window_,    outlines_,   partial_,
+               surfels_, loose_body_, mounting_doubt_, wheel_doubt_};
   map.frames.reserve(frames_.size());
   frames_.for_each([&map](const MapFrame& frame) { map.frames.push_back(frame); });
   for (const auto& [id, joint] : joint_) {
@@ -124,6 +125,8 @@ MapPlane Mapper::map_plane(const PlaneLandmark& plane) const {
   } else if (plane.covariance) {
     C = *plane.covariance;
   }
+  const auto by_wheels = by_wheels_.planes.find(plane.id);
+  if (by_wheels != by_wheels_.planes.end()) C += by_wheels->second;
   result.covariance = R_tangent * C * R_tangent.transpose();
   return result;
 }
@@ -138,6 +141,27 @@ void Mapper::condense_floor(double radius_m) {
 void Mapper::know_covariances() {
   store_covariances(graph_);
   joint_.clear();
+  doubt_wheels(wheel_doubt_);
+}
+
+void Mapper::doubt_wheels(const Eigen::Matrix3d& covariance) {
+  wheel_doubt_ = covariance;
+  by_wheels_ = {};
+  if (!covariance.isZero(0)) by_wheels_ = moved_by_wheels(graph_, covariance);
+}
+
+std::optional<double> Mapper::path_sigma() const {
+  CovarianceRequest request;
+  for (const Keyframe& keyframe : graph_.keyframes) request.keyframes.push_back(keyframe.id);
+  const Covariances found = covariances(graph_, request);
+  if (!found.valid || request.keyframes.empty()) return std::nullopt;
+  double sum = 0;
+  for (std::size_t i = 0; i < found.keyframes.size(); ++i) {
+    sum += found.keyframes[i].topLeftCorner<3, 3>().trace();
+    if (i < by_wheels_.keyframes.size())
+      sum += by_wheels_.keyframes[i].topLeftCorner<3, 3>().trace();
+  }
+  return std::sqrt(sum / static_cast<double>(found.keyframes.size()));
 }
 
 void Mapper::drop_strokes_on_ground(std::vector<MapPlane>& planes) const {

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <optional>
+#include <vector>
 
 #include <lamina/backend/graph.hpp>
 
@@ -29,5 +30,12 @@ struct SharedErrors {
 /// B by central differences of the gradient. nullopt where the system cannot be solved.
 std::optional<SharedErrors> estimate_shared_errors(const Graph& graph,
                                                    const SharedErrorModel& model);
+
+/// The graph as it would be, each of the `count` errors `delta` by itself, by one Gauss-Newton
+/// step: dx = -H^-1 B e. Empty where the system cannot be solved.
+std::vector<Graph> moved_by_errors(
+    const Graph& graph,
+    const std::function<Graph(const Graph&, const Eigen::VectorXd& e)>& corrected, int count,
+    double delta);
 
 }  // namespace lamina

@@ -21,6 +21,10 @@ Graph with_errors(const Graph& graph, const Vector& errors) {
   return changed;
 }
 
+Graph with_errors_of_wheels(const Graph& graph, const Eigen::VectorXd& e) {
+  return with_errors(graph, WheelErrors::of(e(0), e(1), e(2)));
+}
+
 Vector6d residual(const Graph& graph, OdometryFactor factor, const Vector& errors) {
   factor.T_from_to = corrected(factor.T_from_to, errors);
   Vector6d r;
@@ -68,6 +72,28 @@ std::optional<WheelErrors> estimate_wheel_errors(const Graph& graph,
   const auto found = estimate_shared_errors(graph, model);
   if (!found) return std::nullopt;
   return WheelErrors{found->value, found->covariance};
+}
+
+MovedByWheels moved_by_wheels(const Graph& graph, const Eigen::Matrix3d& doubt) {
+  MovedByWheels moved;
+  const std::vector<Graph> by_each = moved_by_errors(graph, with_errors_of_wheels, 3, kDelta);
+  if (by_each.empty()) return moved;
+  for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
+    const SE3 T_body_map = graph.keyframes[i].T_map_body.inverse();
+    Eigen::Matrix<double, 6, 3> X;
+    for (int k = 0; k < 3; ++k)
+      X.col(k) = (T_body_map * by_each[k].keyframes[i].T_map_body).log() / kDelta;
+    moved.keyframes.emplace_back(X * doubt * X.transpose());
+  }
+  for (std::size_t i = 0; i < graph.planes.size(); ++i) {
+    const PlaneLandmark& plane = graph.planes[i];
+    if (!plane.active) continue;
+    Eigen::Matrix3d X;
+    for (int k = 0; k < 3; ++k)
+      X.col(k) = by_each[k].planes[i].plane_anchor.boxminus(plane.plane_anchor) / kDelta;
+    moved.planes[plane.id] = X * doubt * X.transpose();
+  }
+  return moved;
 }
 
 }  // namespace lamina

@@ -1,7 +1,9 @@
 // What is wrong with wheels in a lawful way: told by a map that was made with them.
 #pragma once
 
+#include <map>
 #include <optional>
+#include <vector>
 
 #include <lamina/backend/graph.hpp>
 
@@ -47,5 +49,17 @@ WheelTerms wheel_terms(const Graph& graph);
 std::optional<WheelErrors> estimate_wheel_errors(
     const Graph& graph, const WheelErrors::Matrix& prior_information,
     const WheelErrors::Vector& already = WheelErrors::Vector::Zero());
+
+/// How a refined graph moves with its wheels.
+struct MovedByWheels {
+  std::map<PlaneId, Eigen::Matrix3d> planes;  ///< active ones, about the anchor: (tilt, tilt, rho)
+  std::vector<Matrix6d> keyframes;            ///< in their order, right tangent
+};
+
+/// Covariances that wheels add to a refined graph which err by scale, drift and turn scale in all
+/// its odometry factors, of covariance `doubt`, and were not corrected: X doubt X^T, X = -H^-1 B
+/// how the states follow an error (SharedErrorModel's system). What the graph itself tells of the
+/// errors is left aside. Empty where its system cannot be solved.
+MovedByWheels moved_by_wheels(const Graph& graph, const Eigen::Matrix3d& doubt);
 
 }  // namespace lamina

@@ -58,5 +58,24 @@ TEST(MountingDoubt, CountsWhatWasToldAndNotCorrected) {
   EXPECT_NEAR(doubt.covariance()(2, 2), (0.2 + 0.32 * 0.32) * kDegree * kDegree, 1e-7);
 }
 
+// A fan across the way sees nothing of how far the robot goes; images and level scans do.
+TEST(MountingDoubt, BesideAFanAcrossTheWayWheelsAreAlone) {
+  Step fan = seen_from(0, 0.1, true);
+  fan.scan_motion.reset();
+  fan.observations.sensor = SensorKind::kLidar;
+  Step image;
+  image.observations.sensor = SensorKind::kDepth;
+  const auto alone = [](const std::vector<Step>& steps, bool wheels) {
+    MountingDoubt doubt{Settings()};
+    for (const Step& step : steps) doubt.met(step, wheels);
+    return doubt.wheels_alone();
+  };
+  EXPECT_TRUE(alone({fan, fan}, true));
+  EXPECT_FALSE(alone({fan}, false));
+  EXPECT_FALSE(alone({fan, image}, true));
+  EXPECT_FALSE(alone({fan, seen_from(0.3, 0, true)}, true));
+  EXPECT_FALSE(alone({seen_from(0.3, 0, true)}, true));
+}
+
 }  // namespace
 }  // namespace lamina::apps

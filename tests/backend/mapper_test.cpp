@@ -94,6 +94,15 @@ TEST(Mapper, PlanesCarryTheCovariancesOfTheRefinedGraph) {
     const Eigen::Matrix2d told = map.planes[i].covariance.topLeftCorner<2, 2>();
     EXPECT_TRUE(told.isApprox(exact.planes[i].topLeftCorner<2, 2>(), 1e-6)) << i;
   }
+  const auto by_noise = mapper.path_sigma();
+  mapper.doubt_wheels(Eigen::Vector3d(1e-4, 1e-6, 1e-6).asDiagonal());
+  ASSERT_TRUE(by_noise);
+  EXPECT_GT(mapper.path_sigma().value_or(0), *by_noise);
+  const PlanarMap unsure = Mapper({}, mapper.state()).map();
+  double added = 0;
+  for (std::size_t i = 0; i < map.planes.size(); ++i)
+    added += (unsure.planes[i].covariance - map.planes[i].covariance).trace();
+  EXPECT_GT(added, 1e-7);
 }
 
 TEST(Mapper, ScansAloneMapWallsAndSayWhatTheyDoNotSee) {

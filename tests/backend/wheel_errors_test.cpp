@@ -90,5 +90,36 @@ TEST(WheelErrors, NothingIsToldWithoutOdometry) {
   EXPECT_FALSE(estimate_wheel_errors(one, prior()));
 }
 
+// 6 m straight ahead, then a wall is seen that nothing else tells of.
+TEST(MovedByWheels, AWallSeenAfterTheWayIsOffByItsShare) {
+  Graph graph;
+  const SE3 T_step = SE3::planar(2, 0, 0);
+  SE3 T_map_body;
+  for (int i = 0; i < 4; ++i) {
+    const KeyframeId id = graph.add_keyframe(Timestamp::from_seconds(i), T_map_body);
+    if (i > 0)
+      graph.odometry.push_back({KeyframeId(i - 1), id, T_step, 100 * Matrix6d::Identity()});
+    T_map_body = T_map_body * T_step;
+  }
+  const Plane wall({-1, 0, 0}, -10);
+  const PlaneId id = graph.add_plane(PlaneLandmark::at(wall, {10, 0, 1}));
+  Moments seen;
+  for (const double y : {-1, 0, 1}) {
+    for (const double z : {0, 1, 2}) seen.add({4, y, z}, 1e4);
+  }
+  graph.plane_moments.push_back({graph.keyframes.back().id, id, seen});
+  const MovedByWheels by_scale =
+      moved_by_wheels(graph, Eigen::Vector3d(0.03 * 0.03, 0, 0).asDiagonal());
+  ASSERT_EQ(by_scale.keyframes.size(), 4U);
+  for (int i = 0; i < 4; ++i)
+    EXPECT_NEAR(std::sqrt(by_scale.keyframes[i](0, 0)), 0.03 * 2 * i, 1e-4) << i;
+  EXPECT_NEAR(std::sqrt(by_scale.planes.at(id)(2, 2)), 0.18, 1e-3);
+  EXPECT_NEAR(by_scale.planes.at(id).topLeftCorner(2, 2).trace(), 0, 1e-6);
+  const MovedByWheels by_drift =
+      moved_by_wheels(graph, Eigen::Vector3d(0, 0.01 * 0.01, 0).asDiagonal());
+  EXPECT_NEAR(std::sqrt(by_drift.planes.at(id).topLeftCorner(2, 2).trace()), 0.06, 1e-3);
+  EXPECT_TRUE(moved_by_wheels(Graph(), Eigen::Matrix3d::Identity()).planes.empty());
+}
+
 }  // namespace
 }  // namespace lamina

@@ -132,7 +132,7 @@ TEST(Session, SaysWhatIsWrong) {
   other[8] = 9;
   put(file, other);
   EXPECT_EQ(complaint(file),
-            name + ": found version 9, expected version 5: it was made by another lamina");
+            name + ": found version 9, expected version 6: it was made by another lamina");
   put(file, good.substr(0, good.size() - 1));
   EXPECT_NE(complaint(file).find("it was cut short"), std::string::npos);
   std::string damaged = good;
