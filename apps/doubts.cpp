@@ -100,6 +100,14 @@ std::vector<std::string> doubts(const std::string& input, const FrontEnd& front_
         "nothing else in range): along it the path is a guess there, off by part of that way",
         metrics.counts["open_direction_longest_m"]));
   }
+  if (const double steps_open = metrics.counts["cells_step_open"];
+      steps_open > metrics.counts["cells_free"]) {
+    all.push_back(fmt::format(
+        "a step as high as the robot's largest (robot.max_step_m) cannot be told on {:.0f} % of "
+        "the floor that was seen, which the grid calls unknown: range is too noisy for it; images "
+        "from nearer by, more of them, or a robot that climbs more would make it free",
+        100 * steps_open / (steps_open + metrics.counts["cells_free"])));
+  }
   add_doubts_of_depth(front_end, all);
   return all;
 }

@@ -57,6 +57,19 @@ void write_edges(const std::filesystem::path& file, const std::vector<EdgePoint>
   });
 }
 
+// How much of the floor that was seen is free, and how much open because its heights are not known
+// to the robot's largest step.
+void count_steps(const Rasterizer& rasterizer, io::Metrics& metrics) {
+  double free = 0, open = 0;
+  rasterizer.grid().for_each([&](const CellIndex& index, const NavigabilityCell& cell) {
+    if (cell.navigability > 0) ++free;
+    if (std::isnan(cell.navigability) && std::isfinite(cell.height))
+      open += rasterizer.doubt(index) == Doubt::kStep;
+  });
+  metrics.counts["cells_free"] = free;
+  metrics.counts["cells_step_open"] = open;
+}
+
 }  // namespace
 
 MapOutput::MapOutput(std::filesystem::path folder, const Settings& settings)
@@ -223,6 +236,7 @@ void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
   ground_.put_into(map, trajectory, settings_.grid_resolution, settings_.robot.max_step);
   Rasterizer rasterizer(raster_options(settings_));
   rasterizer.update(map);
+  count_steps(rasterizer, metrics);
   // Scans alone may make a scrap of a level plane out of clutter: that is no floor.
   const bool floor_seen =
       rasterizer.floor_seen() && (!map.surfels.empty() || rasterizer.floor_under_path());

@@ -61,6 +61,19 @@ TEST(Doubts, AWayByWheelsAloneIsToldWhereItMatters) {
   EXPECT_TRUE(doubts("recording", front_end, metrics).empty());
 }
 
+TEST(Doubts, AFloorWhoseStepsCannotBeToldIs) {
+  const FrontEnd front_end({}, {});
+  io::Metrics metrics;
+  metrics.counts = {{"steps", 1000}, {"cells_free", 1000}, {"cells_step_open", 3000}};
+  const auto told = doubts("recording", front_end, metrics);
+  ASSERT_EQ(told.size(), 1U);
+  EXPECT_NE(told[0].find("(robot.max_step_m) cannot be told on 75 % of the floor"),
+            std::string::npos)
+      << told[0];
+  metrics.counts["cells_step_open"] = 900;
+  EXPECT_TRUE(doubts("recording", front_end, metrics).empty());
+}
+
 // A slip of some decimetres along it passed without a word.
 TEST(Doubts, ALongStretchByWheelsAloneIsNamed) {
   const FrontEnd front_end({}, {});
