@@ -100,11 +100,13 @@ bool fills(const Support& s, bool has_surfels, int i, int j, const Canvas& canva
   const DiscDistance::Nearest disc = canvas.discs.at(i, j);
   if (disc.distance > canvas.options.plane_ring) return !has_surfels;
   const auto gap = static_cast<float>(canvas.options.level_gap);
-  const bool same = std::abs(disc.height - s.height) <= gap;
+  // Half of it: a fill just below it is a level of its own where rounding puts it just above.
+  const float apart = has_surfels ? gap / 2 : gap;
+  const bool same = std::abs(disc.height - s.height) <= apart;
   // Images that saw what lies below looked through; those that saw what lies above saw nothing
   // under it.
   if (has_surfels && !same)
-    return canvas.discs.disc_near(i, j, canvas.options.plane_gap, s.height, gap);
+    return canvas.discs.disc_near(i, j, canvas.options.plane_gap, s.height, apart);
   if (!same || disc.walked <= canvas.options.plane_gap) return true;
   return disc.walked <= canvas.options.wall_gap &&
          canvas.discs.wall_near(i, j, canvas.options.wall_near, s.height);

@@ -187,6 +187,27 @@ TEST(RasterLevels, AFloorsPlaneFillsNothingUnderARampItSurrounds) {
   EXPECT_EQ(test::at(grid, 0.025, 2.025).navigability, 1.0F) << "floor beside it";
 }
 
+// A ramp whose outline reaches on over the floor before it (noisy images from afar): it stood as a
+// bar across the floor's gaps where it lies a level's gap above it.
+TEST(RasterLevels, ARampsOutlineOverTheFloorIsNoBar) {
+  PlanarMap map;
+  test::add_path(map, {-2.9, 0, 0}, {2.9, 0, 0});
+  test::add_floor(map, {-3, -1}, {3, 1},
+                  [](double x, double) { return std::abs(x - 0.55) < 0.15 ? 0.012 : 0.0; });
+  std::erase_if(map.surfels, [](const Surfel& s) { return std::abs(s.center.x() - 0.55) < 0.04; });
+  for (Surfel& s : map.surfels) s.parent_plane = 0;
+  test::add_plate(map, {-3, -1}, {3, 1}, 0, true);
+  Surfel on_ramp = test::surfel_at(2.95, 1.95, 0.395, Eigen::Vector3d(-0.1, 0, 1).normalized());
+  on_ramp.parent_plane = 1;
+  map.surfels.push_back(on_ramp);
+  const Eigen::Vector3d& normal = on_ramp.normal;
+  test::add_plane(map, Plane(normal, normal.z() * 0.1),
+                  {{-3, -1, -0.2}, {3, -1, 0.4}, {3, 2, 0.4}, {-3, 2, -0.2}});
+  const NavigabilityGrid grid = rasterize(map);
+  for (double x = 0.025; x < 1; x += 0.05)
+    EXPECT_EQ(test::at(grid, x, 0.025).navigability, 1.0F) << x;
+}
+
 TEST(RasterLevels, WithoutAPathTheLargestFloorIsTheFloor) {
   PlanarMap map;
   test::add_floor(map, {-1, -1}, {1, 1}, [](double, double) { return 3.0; });

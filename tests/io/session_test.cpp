@@ -146,7 +146,7 @@ TEST(Session, SaysWhatIsWrong) {
 
 TEST(Session, ContentThatLiesIsRefused) {
   const auto file = file_for_test();
-  constexpr SealedKind kKind{"LAMINASN", 5, "x"};
+  constexpr SealedKind kKind{"LAMINASN", 6, "x"};
   write_sealed(file, kKind, std::string(64, '\xff'));
   EXPECT_NE(complaint(file).find("makes no sense"), std::string::npos);
   Session broken = small_session();
