@@ -68,19 +68,21 @@ NoiseFloor noise_floor(const Moments& moments, const Plane& plane, const Dispari
 
 constexpr double kUpright = 1;  // rad, of slope
 
-// Where an upright face ends is known to a block, and to where noise lets what it meets be of it:
-// 2 sigma (of a patch whose noise is alike) over its slope (px of disparity a px), a block at most.
-// Along a wall h m to the side, seen at a grazing angle, a pixel spans Z^2 / (f h): metres a block,
-// far away. A corner `at` (px) further than the face's centre is drawn in by that, to the centre at
-// most, where it comes to more than kSure m: the rest is seen from nearer, or may not be there.
+// Where a plane ends is known to `edge` px, and to where noise lets what it meets be of it: 2 sigma
+// (of a patch whose noise is alike) over its slope (px of disparity a px), `most` px at most. Along
+// a wall h m to the side, seen at a grazing angle, a pixel spans Z^2 / (f h): metres a block, far
+// away, so that an upright face's edge is a block. On a floor h m below it does, too, but blocks
+// there follow it row by row; by coarse stereo, the foot of a wall passes for floor beyond it. A
+// corner `at` (px) further than the plane's centre is drawn in by that, to the centre at most,
+// where it comes to more than kSure m: the rest is seen from nearer, or may not be there.
 Eigen::Vector2d surely_on(const ExtractedPlane& plane, const DisparityGeometry& g,
-                          const Eigen::Vector2d& at, double block, double variance) {
+                          const Eigen::Vector2d& at, double edge, double most, double variance) {
   constexpr double kSure = 0.3;  // m
   const Eigen::Vector2d slope = plane.disparity.head<2>();
   const double steep = slope.norm(), d = slope.dot(at) + plane.disparity.z();
   const double center = g.focal_baseline / std::max(0.1, plane.centroid_camera.z());
   if (!(steep > 0) || !(d > 0) || !(d < center)) return at;
-  const double unsure = block + std::min(2 * std::sqrt(variance) / steep, block);
+  const double unsure = edge + std::min(2 * std::sqrt(variance) / steep, most);
   const double d_in = std::min(center, d + unsure * steep);
   const Eigen::Vector2d in = at + (d_in - d) / (steep * steep) * slope;
   const double apart = (g.point(at.x(), at.y(), d) - g.point(in.x(), in.y(), d_in)).norm();
@@ -149,9 +151,9 @@ void FloorFrontend::State::trace(FloorResult& result) {
           std::min(corner.x() * blocks.size, extractor.image().width * 1.0) - 0.5 - g.cx;
       const double v =
           std::min(corner.y() * blocks.size, extractor.image().height * 1.0) - 0.5 - g.cy;
-      const Eigen::Vector2d p = plane.slope < kUpright
-                                    ? Eigen::Vector2d(u, v)
-                                    : surely_on(plane, g, {u, v}, blocks.size, variance);
+      const bool upright = plane.slope >= kUpright;
+      const Eigen::Vector2d p = surely_on(plane, g, {u, v}, upright ? blocks.size : 0,
+                                          (upright ? 1 : 2) * blocks.size, variance);
       const double d = plane.disparity.dot(p.homogeneous());
       plane.outline_camera.push_back(
           plane.plane_camera.project(g.point(p.x(), p.y(), std::max(d, least))));

@@ -1,6 +1,9 @@
 // The whole chain on literal scenes: planes, floor, surface, and what must not crash it.
 #include <gtest/gtest.h>
 
+#include <map>
+#include <random>
+
 #include <lamina/frontend/floor/floor_frontend.hpp>
 #include <lamina/frontend/floor/floor_memory.hpp>
 #include <lamina/frontend/floor/leveling.hpp>
@@ -55,6 +58,36 @@ TEST(FloorFrontend, AWallSeenAtAGrazingAngleDoesNotReachOverWhatLiesBeyondIt) {
   }
   EXPECT_GT(farthest, 4.5);
   EXPECT_LT(farthest, 8);
+}
+
+// Coarse stereo, whose matcher errs by windows at once: ranges scatter by 0.4 m there, and the
+// wall's foot passes for floor behind it.
+TEST(FloorFrontend, AFloorByCoarseStereoDoesNotReachBehindTheWallItMeets) {
+  constexpr double kWindow = 10, kSigmaPx = 0.2;
+  DepthCamera camera = test_camera(0.3, 1);
+  camera.camera = {320, 240, 200, 200, 159.5, 119.5, {}, camera.camera.T_body_camera};
+  camera.noise = DepthNoise::stereo(200, 0.06, kSigmaPx);
+  DepthFrame frame = draw({floor_piece(), wall_piece(5)}, camera);
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal(0, kSigmaPx);
+  std::map<std::pair<int, int>, double> errors;
+  for (int k = 0; k < 320 * 240; ++k) {
+    auto& raw = frame.raw[static_cast<std::size_t>(k)];
+    const auto at =
+        std::pair(static_cast<int>(k % 320 / kWindow), static_cast<int>(k / 320 / kWindow));
+    const auto [error, fresh] = errors.try_emplace(at);
+    if (fresh) error->second = normal(random);
+    const double fb = camera.noise.focal_baseline * camera.depth_scale;
+    if (raw > 0) raw = static_cast<std::uint16_t>(fb / (fb / raw + error->second));
+  }
+  FloorFrontend frontend;
+  const FloorResult r = frontend.process(frame);
+  ASSERT_EQ(r.status, FloorStatus::kFound);
+  double farthest = 0;
+  for (const Eigen::Vector3d& p : r.planes[static_cast<std::size_t>(r.dominant)].outline_camera)
+    farthest = std::max(farthest, (camera.camera.T_body_camera * p).x());
+  EXPECT_GT(farthest, 3);
+  EXPECT_LT(farthest, 5.2);
 }
 
 // A stereo camera's ranges scatter by 4 cm a patch there: what belongs to a wall stands in it.
