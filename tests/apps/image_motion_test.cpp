@@ -99,9 +99,7 @@ TEST(ImageMotion, ARobotCarriedAwayIsSaid) {
   EXPECT_EQ(lost(What::kCarried), std::vector<int>{kChange});
 }
 
-TEST(ImageMotion, ADoorThatOpensIsNoOtherPlace) {
-  EXPECT_TRUE(lost(What::kDoorOpens).empty());
-}
+TEST(ImageMotion, ADoorThatOpensIsNoOtherPlace) { EXPECT_TRUE(lost(What::kDoorOpens).empty()); }
 
 TEST(ImageMotion, ImagesTellBetterThanWheels) {
   std::vector<Step> steps = steps_by_wheels();
