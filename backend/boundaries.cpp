@@ -61,6 +61,15 @@ std::vector<Strip> strips_between(const std::vector<Polygon>& parts, double cell
   return tree;
 }
 
+bool any_about(const OutlineGrid& grid, const OutlineGrid::Cell& cell) {
+  for (int i = -1; i <= 1; ++i) {
+    for (int j = -1; j <= 1; ++j) {
+      if (grid.contains_cell({cell.first + i, cell.second + j})) return true;
+    }
+  }
+  return false;
+}
+
 std::vector<Eigen::Vector3d> in_map(const PlaneLandmark& plane, const Polygon& polygon) {
   std::vector<Eigen::Vector3d> points;
   for (const auto& v : polygon.vertices()) {
@@ -79,11 +88,17 @@ void grow_outline(PlaneLandmark& plane, std::span<const Eigen::Vector3d> points_
     flat.push_back((T_outline_map * p).head<2>());
   }
   if (flat.size() < 2) return;
-  // The border itself was seen too: thin pieces must not fall between the cells' centres.
-  for (std::size_t i = 0; i + 1 < flat.size(); ++i) plane.outline.add_stroke(flat[i], flat[i + 1]);
-  if (flat.size() < 3) return;
-  plane.outline.add_stroke(flat.back(), flat.front());
-  if (const auto polygon = Polygon::from_vertices(std::move(flat))) plane.outline.add(*polygon);
+  if (flat.size() == 2) return plane.outline.add_stroke(flat[0], flat[1]);
+  OutlineGrid inside(plane.outline.cell_size()), border(plane.outline.cell_size());
+  for (std::size_t i = 0; i < flat.size(); ++i)
+    border.add_stroke(flat[i], flat[(i + 1) % flat.size()]);
+  if (const auto polygon = Polygon::from_vertices(std::move(flat))) inside.add(*polygon);
+  plane.outline.merge(inside);
+  // Thin pieces must not fall between the cells' centres; thin ends of others are as good as noise.
+  if (2 * inside.size() >= border.size()) return;
+  for (const auto& [i, j] : border.cells()) {
+    if (!any_about(inside, {i, j})) plane.outline.add_cell({i, j});
+  }
 }
 
 void remake_outline(PlaneLandmark& plane, std::span<const OutlinePiece> pieces, const Graph& graph,

@@ -204,6 +204,11 @@ std::vector<std::string> MapState::problems() const {
   for (const auto& [id, pieces] : outlines) {
     if (graph.find(id) == nullptr) all.emplace_back("an outline is of a plane that is not there");
   }
+  const auto is_covariance = [](const Eigen::Matrix3d& C) {
+    return C.allFinite() && (C.diagonal().array() >= 0).all();
+  };
+  if (!is_covariance(mounting_doubt)) all.emplace_back("the doubt of mountings is no covariance");
+  if (!is_covariance(wheel_doubt)) all.emplace_back("the doubt of wheels is no covariance");
   return all;
 }
 

@@ -8,6 +8,7 @@
 #include <lamina/frontend/floor/ground_cells.hpp>
 #include <lamina/frontend/floor/outlines.hpp>
 #include <lamina/frontend/floor/plane_extractor.hpp>
+#include <lamina/frontend/floor/quarter_labels.hpp>
 #include <lamina/frontend/floor/stopwatch.hpp>
 #include <lamina/frontend/floor/surfels.hpp>
 #include <lamina/models/error.hpp>
@@ -66,23 +67,19 @@ NoiseFloor noise_floor(const Moments& moments, const Plane& plane, const Dispari
   return floor;
 }
 
-constexpr double kUpright = 1;  // rad, of slope
-
-// Where a plane ends is known to `edge` px, and to where noise lets what it meets be of it: 2 sigma
-// (of a patch whose noise is alike) over its slope (px of disparity a px), `most` px at most. Along
-// a wall h m to the side, seen at a grazing angle, a pixel spans Z^2 / (f h): metres a block, far
-// away, so that an upright face's edge is a block. On a floor h m below it does, too, but blocks
-// there follow it row by row; by coarse stereo, the foot of a wall passes for floor beyond it. A
-// corner `at` (px) further than the plane's centre is drawn in by that, to the centre at most,
-// where it comes to more than kSure m: the rest is seen from nearer, or may not be there.
+// Where a plane ends is known to where noise lets what it meets be of it: 2 sigma (of a patch whose
+// noise is alike) over its slope (px of disparity a px), `most` px at most. On a floor h m below a
+// pixel spans Z^2 / (f h), metres far away; by coarse stereo, the foot of a wall passes for floor
+// beyond it. A corner `at` (px) further than the plane's centre is drawn in by that, to the centre
+// at most, where it comes to more than kSure m: the rest is seen from nearer, or may not be there.
 Eigen::Vector2d surely_on(const ExtractedPlane& plane, const DisparityGeometry& g,
-                          const Eigen::Vector2d& at, double edge, double most, double variance) {
+                          const Eigen::Vector2d& at, double most, double variance) {
   constexpr double kSure = 0.3;  // m
   const Eigen::Vector2d slope = plane.disparity.head<2>();
   const double steep = slope.norm(), d = slope.dot(at) + plane.disparity.z();
   const double center = g.focal_baseline / std::max(0.1, plane.centroid_camera.z());
   if (!(steep > 0) || !(d > 0) || !(d < center)) return at;
-  const double unsure = edge + std::min(2 * std::sqrt(variance) / steep, most);
+  const double unsure = std::min(2 * std::sqrt(variance) / steep, most);
   const double d_in = std::min(center, d + unsure * steep);
   const Eigen::Vector2d in = at + (d_in - d) / (steep * steep) * slope;
   const double apart = (g.point(at.x(), at.y(), d) - g.point(in.x(), in.y(), d_in)).norm();
@@ -129,7 +126,7 @@ void FloorFrontend::State::collect_planes(FloorResult& result) {
 void FloorFrontend::State::doubt_borders(FloorResult& result) {
   for (std::size_t k = 0; k < result.planes.size(); ++k) {
     ExtractedPlane& p = result.planes[k];
-    if (p.slope < kUpright) continue;
+    if (p.slope < kUprightSlope) continue;
     const double shared = std::hypot(std::sqrt(extractor.noise().shared),
                                      border_error(extractor.regions().regions()[k]));
     p.floor = noise_floor(p.moments_camera, p.plane_camera, extractor.geometry(), shared);
@@ -137,23 +134,26 @@ void FloorFrontend::State::doubt_borders(FloorResult& result) {
 }
 
 void FloorFrontend::State::trace(FloorResult& result) {
-  const BlockImage& blocks = extractor.blocks();
   const DisparityGeometry& g = extractor.geometry();
-  const auto outlines = trace_outlines(extractor.block_labels(), blocks.columns, blocks.rows,
+  QuarterLabels quarters = quarter_labels(extractor.image(), extractor.blocks(),
+                                          result.blocks.plane, result.pixel_labels);
+  drop_whiskers(quarters);
+  drop_coarse(quarters, result.planes, g);
+  const auto outlines = trace_outlines(quarters.labels, quarters.columns, quarters.rows,
                                        static_cast<int>(result.planes.size()), 0.75);
+  const auto px = [&](double corner, int most) {
+    return std::min(quarters.first_px(static_cast<int>(corner)), most) - 0.5;
+  };
   const double variance = extractor.noise().per_pixel;
   for (std::size_t k = 0; k < outlines.size(); ++k) {
     ExtractedPlane& plane = result.planes[k];
     // A corner may lie beyond the last pixel: not beyond twice the depth of the plane's centre.
     const double least = 0.25 * g.focal_baseline / std::max(0.1, plane.centroid_camera.z());
     for (const Eigen::Vector2d& corner : outlines[k]) {
-      const double u =
-          std::min(corner.x() * blocks.size, extractor.image().width * 1.0) - 0.5 - g.cx;
-      const double v =
-          std::min(corner.y() * blocks.size, extractor.image().height * 1.0) - 0.5 - g.cy;
-      const bool upright = plane.slope >= kUpright;
-      const Eigen::Vector2d p = surely_on(plane, g, {u, v}, upright ? blocks.size : 0,
-                                          (upright ? 1 : 2) * blocks.size, variance);
+      const double u = px(corner.x(), extractor.image().width) - g.cx;
+      const double v = px(corner.y(), extractor.image().height) - g.cy;
+      const double most = (plane.slope >= kUprightSlope ? 0.5 : 2) * quarters.block_px;
+      const Eigen::Vector2d p = surely_on(plane, g, {u, v}, most, variance);
       const double d = plane.disparity.dot(p.homogeneous());
       plane.outline_camera.push_back(
           plane.plane_camera.project(g.point(p.x(), p.y(), std::max(d, least))));

@@ -41,6 +41,8 @@ void fields(A& a, MountingEstimate& v) {
   a(v.T_body_camera, v.pitch, v.roll, v.height, v.covariance, v.frames, v.changed, v.rigid);
 }
 
+constexpr double kUprightSlope = 1;  ///< rad: planes this steep stand upright
+
 /// A whole plane, merged over sub-sections. Camera frame: optical.
 struct ExtractedPlane {
   Plane plane_camera;      ///< normal towards the camera

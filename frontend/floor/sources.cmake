@@ -4,5 +4,5 @@ list(APPEND LAMINA_FRONTEND_SOURCES
   floor/floor_surface.cpp floor/ground_cells.cpp floor/ground_looker.cpp floor/knock_watch.cpp floor/leveling.cpp floor/low_obstacles.cpp
   floor/mounting_tracker.cpp floor/noise_watch.cpp floor/optical_watch.cpp floor/outlines.cpp floor/pixel_labels.cpp floor/plane_angles.cpp
   floor/pixel_sums.cpp floor/plane_evidence.cpp floor/edge_evidence.cpp
-  floor/plane_extractor.cpp floor/plane_merging.cpp floor/plane_regions.cpp
+  floor/plane_extractor.cpp floor/plane_merging.cpp floor/plane_regions.cpp floor/quarter_labels.cpp
   floor/recursive_ransac.cpp floor/sections.cpp floor/surfels.cpp floor/tilted_start.cpp)

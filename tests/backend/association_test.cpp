@@ -168,9 +168,41 @@ TEST(Boundaries, AreConcaveWhereTheEvidenceIs) {
   grow_outline(wall, low);
   const auto outlines = outlines_map(wall);
   ASSERT_EQ(outlines.size(), 1u);
-  EXPECT_NEAR(wall.outline.area(), 5.0, 0.9);  // an L of 5 m^2, its hull has 7
+  EXPECT_NEAR(wall.outline.area(), 5.0, 0.25);  // an L of 5 m^2, its hull has 7
   for (const auto& p : outlines[0]) EXPECT_NEAR(p.y(), 2, 1e-9);
   EXPECT_GT((outline_centroid_map(wall) - Eigen::Vector3d(1.5, 2, 1.5)).norm(), 0.2);
+}
+
+// Cells that a border only passed made walls up to 10 cm too long at every end.
+TEST(Boundaries, AnOutlineEndsWithinHalfACellOfWhatWasSeen) {
+  PlaneLandmark wall = PlaneLandmark::at(Plane({0, -1, 0}, -2), {0, 2, 1});
+  for (const double shift : {0.0, 0.01, 0.02, 0.03}) {
+    const double a = -1.02 - shift, b = 1.03 - shift;
+    wall.outline = OutlineGrid(0.1);
+    const std::vector<Eigen::Vector3d> seen{{a, 2, 0.02}, {b, 2, 0.02}, {b, 2, 1.5}, {a, 2, 1.5}};
+    grow_outline(wall, seen);
+    double low = 9, high = -9;
+    for (const auto& p : outlines_map(wall).at(0)) {
+      low = std::min(low, p.x());
+      high = std::max(high, p.x());
+    }
+    EXPECT_NEAR(low, a, 0.0501) << shift;
+    EXPECT_NEAR(high, b, 0.0501) << shift;
+  }
+}
+
+TEST(Boundaries, WhatIsThinnerThanACellIsKept) {
+  PlaneLandmark face = PlaneLandmark::at(Plane({0, -1, 0}, -2), {0, 2, 0.02});
+  for (const double low : {0.0, 0.03, 0.06, 0.09}) {
+    face.outline = OutlineGrid(0.1);
+    const double high = low + 0.02;
+    const std::vector<Eigen::Vector3d> seen{{0, 2, low}, {1, 2, low}, {1, 2, high}, {0, 2, high}};
+    grow_outline(face, seen);
+    EXPECT_GE(face.outline.area(), 0.1) << low;
+    EXPECT_TRUE(face.outline.contains(
+        (face.T_map_outline.inverse() * Eigen::Vector3d(0.5, 2, low + 0.01)).head<2>()))
+        << low;
+  }
 }
 
 TEST(Surfels, AStepOf1CmIsNotIronedFlat) {

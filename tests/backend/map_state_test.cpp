@@ -236,6 +236,16 @@ TEST(MapState, AppendedMapSaysWhatItSaid) {
   EXPECT_EQ(a.loose_body.size(), 8u);
 }
 
+TEST(MapState, DoubtsThatAreNoCovariancesAreProblems) {
+  MapState a = survey(flat(), SE3());
+  ASSERT_TRUE(a.problems().empty());
+  a.mounting_doubt(1, 1) = std::nan("");
+  a.wheel_doubt(0, 0) = -1;
+  ASSERT_EQ(a.problems().size(), 2u);
+  EXPECT_NE(a.problems()[0].find("mountings"), std::string::npos);
+  EXPECT_NE(a.problems()[1].find("wheels"), std::string::npos);
+}
+
 TEST(MapState, JoinedMapHasEveryPlaneOnce) {
   MapState a = survey(flat(), SE3());
   const MapState b = survey(flat(), kElsewhere);

@@ -60,6 +60,28 @@ TEST(FloorFrontend, AWallSeenAtAGrazingAngleDoesNotReachOverWhatLiesBeyondIt) {
   EXPECT_LT(farthest, 8);
 }
 
+// A wall with a door, seen obliquely: it ends where it ends, though blocks at its end hold both.
+TEST(FloorFrontend, AWallEndsWhereItEndsAndNotABlockFurther) {
+  for (const double end : {2.5, 2.53, 2.56, 2.6}) {
+    DepthCamera camera = test_camera(0.2, 1.2);
+    camera.camera = {320, 240, 289, 289, 159.5, 119.5, {}, camera.camera.T_body_camera};
+    camera.noise = DepthNoise::kinect(289);
+    const Piece wall{Plane({-M_SQRT1_2, -M_SQRT1_2, 0}, -2.5),
+                     [=](const Eigen::Vector3d& p) { return p.x() < end; }};
+    FloorFrontend frontend;
+    const FloorResult r =
+        frontend.process(draw({floor_piece(), wall, wall_piece(6)}, camera, kSigma));
+    double farthest = 0;
+    for (const ExtractedPlane& plane : r.planes) {
+      if (plane.plane_body.normal().y() > -0.5) continue;
+      for (const Eigen::Vector3d& p : plane.outline_camera)
+        farthest = std::max(farthest, (camera.camera.T_body_camera * p).x());
+    }
+    EXPECT_GT(farthest, end - 0.08) << end;
+    EXPECT_LT(farthest, end + 0.02) << end;
+  }
+}
+
 // Coarse stereo, whose matcher errs by windows at once: ranges scatter by 0.4 m there, and the
 // wall's foot passes for floor behind it.
 TEST(FloorFrontend, AFloorByCoarseStereoDoesNotReachBehindTheWallItMeets) {
