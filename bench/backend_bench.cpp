@@ -22,6 +22,7 @@
 #include <lamina/backend/factors/surfel_moments.hpp>
 #include <lamina/backend/factors/surfel_parent.hpp>
 #include <lamina/backend/plane_graph_solve.hpp>
+#include <lamina/models/freed_memory.hpp>
 
 #include "../tests/backend/factor_twins.hpp"
 #include "../tests/backend/room_generator.hpp"
@@ -184,6 +185,7 @@ void covariance_times() {
 }  // namespace
 
 int main(int argc, char** argv) {
+  lamina::keep_freed_memory();  // as the program does
   benchmark::Initialize(&argc, argv);
   factors();
   for (const Pair& pair : pairs()) {

@@ -21,6 +21,7 @@
 
 #include <lamina/backend/plane_graph_solve.hpp>
 #include <lamina/models/error.hpp>
+#include <lamina/models/freed_memory.hpp>
 
 #include "../tests/backend/room_generator.hpp"
 
@@ -110,6 +111,7 @@ void wrong_names(double share, int first, int last) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  lamina::keep_freed_memory();  // as the program does
   int repeat = 1;
   bool verbose = false, from_truth = false;
   double wrong = 0;
