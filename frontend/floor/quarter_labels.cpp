@@ -69,16 +69,6 @@ void drop(QuarterLabels& quarters, const std::vector<std::uint8_t>& stays) {
   }
 }
 
-bool amid_its_kind(const QuarterLabels& q, int c, int r) {
-  const std::int16_t label = q.at(c, r);
-  for (int y = std::max(0, r - 1); y <= std::min(q.rows - 1, r + 1); ++y) {
-    for (int x = std::max(0, c - 1); x <= std::min(q.columns - 1, c + 1); ++x) {
-      if (q.at(x, y) != label) return false;
-    }
-  }
-  return true;
-}
-
 // The disparity below which `px` of the image span more than `span` m of the plane. At disparity d,
 // depth Z = F / d (F: focal length times baseline), they span px Z / f by the image's scale and
 // about px Z |slope| / d by the depth's change.
@@ -133,27 +123,21 @@ void drop_whiskers(QuarterLabels& quarters) {
 
 void drop_coarse(QuarterLabels& quarters, std::span<const ExtractedPlane> planes,
                  const DisparityGeometry& g) {
-  constexpr double kFine = 0.05, kCoarse = 0.3;  // m of the plane
+  constexpr double kCoarse = 0.3;  // m of the plane
   const double px = quarters.block_px / 2.0;
-  struct Limits {
-    double fine = 0, coarse = 0;  // px of disparity
-  };
-  std::vector<Limits> limits(planes.size());
+  std::vector<double> least(planes.size(), 0);  // px of disparity
   for (std::size_t k = 0; k < planes.size(); ++k) {
-    if (planes[k].slope < kUprightSlope) continue;
-    limits[k] = {coarse_below(planes[k], g, px, kFine), coarse_below(planes[k], g, px, kCoarse)};
+    if (planes[k].slope >= kUprightSlope) least[k] = coarse_below(planes[k], g, px, kCoarse);
   }
   std::vector<std::uint8_t> stays(quarters.labels.size(), 1);
   for (int r = 0; r < quarters.rows; ++r) {
     for (int c = 0; c < quarters.columns; ++c) {
       const std::int16_t k = quarters.at(c, r);
-      if (k < 0 || limits[static_cast<std::size_t>(k)].fine == 0) continue;
+      if (k < 0 || least[static_cast<std::size_t>(k)] == 0) continue;
       const Eigen::Vector3d middle(quarters.first_px(c) + 0.5 * (px - 1) - g.cx,
                                    quarters.first_px(r) + 0.5 * (px - 1) - g.cy, 1);
-      const double d = planes[static_cast<std::size_t>(k)].disparity.dot(middle);
-      const Limits& limit = limits[static_cast<std::size_t>(k)];
-      stays[quarters.index(c, r)] =
-          d >= limit.coarse && (d >= limit.fine || amid_its_kind(quarters, c, r));
+      const std::size_t plane = static_cast<std::size_t>(k);
+      stays[quarters.index(c, r)] = planes[plane].disparity.dot(middle) >= least[plane];
     }
   }
   drop(quarters, stays);

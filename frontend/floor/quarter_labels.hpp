@@ -37,11 +37,10 @@ QuarterLabels quarter_labels(const DisparityImage& image, const BlockImage& bloc
 /// the wall's plane, too, and past its end as well. Labels that have hardly anything wider stay.
 void drop_whiskers(QuarterLabels& quarters);
 
-/// Where an upright plane ends is known to a quarter. Where that is 5 cm of the plane or more, only
-/// quarters with their own kind all about them stay; where it is 30 cm, none: gaps as wide as doors
-/// do not show. Planes that would lose half of their quarters stay as they are: what is thin, or
-/// far as a whole, is known no better. `planes`: with their slopes and disparities; label k is of
-/// the k-th.
+/// Takes quarters away that span 30 cm of an upright plane or more, as those of walls do that are
+/// seen at a grazing angle from far away: gaps as wide as doors do not show in them. Planes that
+/// would lose half of their quarters stay as they are: what is far as a whole is known no better.
+/// `planes`: with their slopes and disparities; label k is of the k-th.
 void drop_coarse(QuarterLabels& quarters, std::span<const ExtractedPlane> planes,
                  const DisparityGeometry& geometry);
 
