@@ -4,6 +4,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 
+#include <lamina/frontend/odometry/seen_through.hpp>
+
 namespace lamina {
 namespace {
 
@@ -72,11 +74,16 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   }
   const Prediction prediction = predict(wheels);
   const double dt = last_stamp_ ? scan.stamp - *last_stamp_ : 0;
-  const bool regular = std::abs(dt - last_interval_) < 0.2 * dt;  // a step is a velocity
+  GoingOn going_on;
+  if (dt > 0 && dt < 2 * last_interval_ && last_interval_ < 2 * dt) {
+    const double share = dt / last_interval_;
+    going_on = {dt, {share * velocity_.x, share * velocity_.y, share * velocity_.yaw}};
+  }
   const bool go_on = wheels && told_ && wheels_go_on(*wheels, dt, last_interval_);
   last_stamp_ = scan.stamp;
   last_interval_ = dt;
-  LineMatch match = align(prediction, wheels.has_value(), regular ? dt : 0, motion);
+  const Eigen::Vector2d scanner = scan.lidar.T_body_lidar.translation().head<2>();
+  LineMatch match = align(prediction, wheels.has_value(), going_on, scanner, motion);
   if (options_.doubt_wheels)
     compare(wheels, match, match.matched < options_.lost_matched || slopes);
   if (doubt_.slips()) {
@@ -123,8 +130,8 @@ ScanOdometry::Prediction ScanOdometry::predict(const std::optional<MotionGuess>&
   return {velocity_, squares(options_.sigma_velocity, options_.sigma_turn).asDiagonal()};
 }
 
-LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, double dt,
-                              ScanMotion& motion) {
+LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, const GoingOn& before,
+                              const Eigen::Vector2d& scanner, ScanMotion& motion) {
   PlanarPrior prior;
   prior.T_map_scan = T_local_body_ * prediction.T_prev_curr;
   prior.information = prediction.covariance.inverse();
@@ -154,25 +161,54 @@ LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, double 
     // A new room fits less than usual, too; it fits no better elsewhere.
     if (unbelievable() || usual_.worse(match.matched)) match = search_far(prediction, told, match);
   }
-  if (wheels && dt > 0) hold_to_wheels(prior, prediction, dt, match);
+  if (wheels) doubt_what_came(prior, prediction, scanner, match);
+  if (wheels && before.dt > 0) hold_to_wheels(prior, prediction, before, match);
   return match;
+}
+
+// People who walk along beside a scanner in a bare corridor show more of what tells the way than
+// its walls do, and the match follows them. They walk where scans before saw through.
+void ScanOdometry::doubt_what_came(const PlanarPrior& wheels, const Prediction& prediction,
+                                   const Eigen::Vector2d& scanner, LineMatch& match) {
+  constexpr double kClear = 11.3;   // 3 dof, 1 %
+  constexpr double kMargin = 0.15;  // m
+  constexpr double kMost = 0.3;     // of the scan: more is a place that was taken for another
+  if (map_.empty() || contradiction(match, prediction) < kClear) return;
+  if (prediction.T_prev_curr.translation().norm() < kStands) return;
+  std::vector<SightFan> fans;
+  for (const KeyScan& key : key_scans_) {
+    fans.push_back(
+        sight_fan(transformed(key.points, key.T_local_body.inverse()), scanner, key.T_local_body));
+  }
+  std::vector<OrientedPoint> rest = without_seen_through(points_, fans, wheels.T_map_scan, kMargin);
+  const double came = 1 - static_cast<double>(rest.size()) / static_cast<double>(points_.size());
+  if (came == 0 || came > kMost) return;
+  const LineMatch other = match_lines(map_, rest, wheels.T_map_scan, wheels, options_.match);
+  const double as_found = match_cost(map_, rest, match.T_map_scan, wheels, options_.match);
+  const double without = match_cost(map_, rest, other.T_map_scan, wheels, options_.match);
+  if (without >= as_found || contradiction(other, prediction) >= kClear) return;
+  match = other;
+  points_ = std::move(rest);
 }
 
 // No robot leaps: where the scan does and wheels go on as before, the scan is led by what is no
 // wall (the ground at the end of a ramp, which runs ahead of a scanner that tips).
 void ScanOdometry::hold_to_wheels(const PlanarPrior& wheels, const Prediction& prediction,
-                                  double dt, LineMatch& match) const {
+                                  const GoingOn& before, LineMatch& match) const {
   if (map_.empty() || contradiction(match, prediction) < options_.contradiction_chi_squared) return;
   // Wheels that stand do not go on: they may not be counted, and a robot that stands does not tip.
   if (prediction.T_prev_curr.translation().norm() < kStands) return;
-  const auto from_before = [this](const PlanarPose& T_map_scan) {
-    return (velocity_.inverse() * (T_local_body_.inverse() * T_map_scan)).translation().norm();
+  const auto from_before = [&](const PlanarPose& T_map_scan) {
+    return before.motion.inverse() * (T_local_body_.inverse() * T_map_scan);
   };
-  const double leap = from_before(match.T_map_scan);
-  if (leap < options_.least_leap + options_.most_acceleration * dt * dt ||
-      from_before(wheels.T_map_scan) > options_.steady * leap) {
-    return;
-  }
+  const PlanarPose found = from_before(match.T_map_scan), told = from_before(wheels.T_map_scan);
+  const double leap = found.translation().norm(), turn = std::abs(found.yaw);
+  const double dt = before.dt;
+  const bool leaps = leap >= options_.least_leap + options_.most_acceleration * dt * dt &&
+                     told.translation().norm() <= options_.steady * leap;
+  const bool spins = turn >= options_.least_spin + options_.most_spin * dt * dt &&
+                     std::abs(told.yaw) <= options_.steady * turn;
+  if (!leaps && !spins) return;
   constexpr double kFirm = 1e4;  // times the wheels' information
   PlanarPrior firm = wheels;
   firm.information *= kFirm;
@@ -180,9 +216,9 @@ void ScanOdometry::hold_to_wheels(const PlanarPrior& wheels, const Prediction& p
   const PlanarPose off = wheels.T_map_scan.inverse() * match.T_map_scan;
   match = match_lines(map_, points_, wheels.T_map_scan, firm, options_.match);
   // The scan says nothing of that way.
-  const Eigen::Vector3d e(off.x, off.y, off.yaw), told = match.information * e;
-  const double along = e.dot(told);
-  if (along > 0) match.information -= told * told.transpose() / along;
+  const Eigen::Vector3d e(off.x, off.y, off.yaw), weight = match.information * e;
+  const double along = e.dot(weight);
+  if (along > 0) match.information -= weight * weight.transpose() / along;
   match.unknown_directions = std::max(1, match.unknown_directions);
 }
 

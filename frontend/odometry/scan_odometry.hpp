@@ -31,9 +31,9 @@ struct ScanOdometryOptions {
   /// than `sure_matched` is searched for, too.
   double contradiction_chi_squared = 100, sure_matched = 0.9;
   /// A match that contradicts the wheels like that and leaps from the motion before, by more than
-  /// this (m) and this acceleration (m/s^2), while wheels go on (by this share of it), is not
-  /// believed.
-  double least_leap = 0.03, most_acceleration = 5, steady = 0.33;
+  /// this (m, rad) and this acceleration (m/s^2, rad/s^2), while wheels go on (by this share of
+  /// it), is not believed.
+  double least_leap = 0.03, most_acceleration = 5, least_spin = 0.1, most_spin = 10, steady = 0.33;
   /// Wheels' word counts for less the more sigmas scans contradict it by (PlanarPrior::robust).
   bool robust_wheels = true;
   /// Scans are asked by themselves where wheels seem to slip (WheelDoubt).
@@ -119,10 +119,19 @@ class ScanOdometry {
     Eigen::Matrix3d covariance;
   };
   Prediction predict(const std::optional<MotionGuess>& wheels) const;
-  /// `dt`: s since the last scan; 0: unknown, or not as between the two before.
-  LineMatch align(const Prediction& prediction, bool wheels, double dt, ScanMotion& motion);
-  void hold_to_wheels(const PlanarPrior& wheels, const Prediction& prediction, double dt,
-                      LineMatch& match) const;
+  /// The motion since the last scan, had it gone on as between the two before.
+  struct GoingOn {
+    double dt = 0;  ///< s since the last scan; 0: unknown, or unlike the interval before
+    PlanarPose motion;
+  };
+  LineMatch align(const Prediction& prediction, bool wheels, const GoingOn& before,
+                  const Eigen::Vector2d& scanner, ScanMotion& motion);
+  void hold_to_wheels(const PlanarPrior& wheels, const Prediction& prediction,
+                      const GoingOn& before, LineMatch& match) const;
+  /// The match without what came where the key scans saw through, where that explains why scan and
+  /// wheels differ; points_ without it, then.
+  void doubt_what_came(const PlanarPrior& wheels, const Prediction& prediction,
+                       const Eigen::Vector2d& scanner, LineMatch& match);
   /// Chi-squared of 3 degrees of freedom.
   double contradiction(const LineMatch& match, const Prediction& prediction) const;
   LineMatch reconciled(const PlanarPrior& wheels, const LineMatch& found) const;
