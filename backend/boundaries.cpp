@@ -96,9 +96,18 @@ void grow_outline(PlaneLandmark& plane, std::span<const Eigen::Vector3d> points_
   plane.outline.merge(inside);
   // Thin pieces must not fall between the cells' centres; thin ends of others are as good as noise.
   if (2 * inside.size() >= border.size()) return;
-  for (const auto& [i, j] : border.cells()) {
-    if (!any_about(inside, {i, j})) plane.outline.add_cell({i, j});
+  OutlineGrid thin(plane.outline.cell_size());
+  for (const auto& cell : border.cells()) {
+    if (!any_about(inside, cell)) thin.add_cell(cell);
   }
+  // Where it turns from thin to wide, and where a slanting one meets a centre now and then.
+  const OutlineGrid alone = thin;
+  for (const auto& [i, j] : border.cells()) {
+    const bool beside = alone.contains_cell({i - 1, j}) || alone.contains_cell({i + 1, j}) ||
+                        alone.contains_cell({i, j - 1}) || alone.contains_cell({i, j + 1});
+    if (beside) thin.add_cell({i, j});
+  }
+  plane.outline.merge(thin);
 }
 
 void remake_outline(PlaneLandmark& plane, std::span<const OutlinePiece> pieces, const Graph& graph,

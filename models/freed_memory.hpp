@@ -15,10 +15,9 @@ namespace lamina {
 /// another. Man page mallopt(3).
 inline void keep_freed_memory() {
 #ifdef __GLIBC__
-  constexpr int kLargest = 32 << 20;  // bytes, the most that glibc takes
+  constexpr int kLargest = 32 << 20;  // bytes, the most that glibc of 64 bits takes
   constexpr int kAll = 2147483647;
-  mallopt(M_MMAP_THRESHOLD, kLargest);
-  mallopt(M_TRIM_THRESHOLD, kAll);
+  if (mallopt(M_MMAP_THRESHOLD, kLargest) == 1) mallopt(M_TRIM_THRESHOLD, kAll);
 #endif
 }
 

@@ -173,21 +173,28 @@ void ScanOdometry::doubt_what_came(const PlanarPrior& wheels, const Prediction& 
   constexpr double kClear = 11.3;   // 3 dof, 1 %
   constexpr double kMargin = 0.15;  // m
   constexpr double kMost = 0.3;     // of the scan: more is a place that was taken for another
-  if (map_.empty() || contradiction(match, prediction) < kClear) return;
+  if (map_.empty() || !(contradiction(match, prediction) >= kClear)) return;
   if (prediction.T_prev_curr.translation().norm() < kStands) return;
   std::vector<SightFan> fans;
   for (const KeyScan& key : key_scans_) {
     fans.push_back(
         sight_fan(transformed(key.points, key.T_local_body.inverse()), scanner, key.T_local_body));
   }
-  std::vector<OrientedPoint> rest = without_seen_through(points_, fans, wheels.T_map_scan, kMargin);
-  const double came = 1 - static_cast<double>(rest.size()) / static_cast<double>(points_.size());
-  if (came == 0 || came > kMost) return;
+  // Wherever the body is: a wall is where it was seen at the pose of one of the two.
+  std::vector<bool> came = seen_through(points_, fans, wheels.T_map_scan, kMargin);
+  const std::vector<bool> there = seen_through(points_, fans, match.T_map_scan, kMargin);
+  for (std::size_t i = 0; i < came.size(); ++i) came[i] = came[i] && there[i];
+  const double most = kMost * static_cast<double>(points_.size());
+  const auto count = static_cast<double>(std::count(came.begin(), came.end(), true));
+  if (count == 0 || count > most) return;
+  std::vector<OrientedPoint> rest = without(points_, came);
+  if (static_cast<double>(points_.size() - rest.size()) > most) return;
   const LineMatch other = match_lines(map_, rest, wheels.T_map_scan, wheels, options_.match);
   const double as_found = match_cost(map_, rest, match.T_map_scan, wheels, options_.match);
-  const double without = match_cost(map_, rest, other.T_map_scan, wheels, options_.match);
-  if (without >= as_found || contradiction(other, prediction) >= kClear) return;
+  const double as_told = match_cost(map_, rest, other.T_map_scan, wheels, options_.match);
+  if (!(as_told < as_found) || !(contradiction(other, prediction) < kClear)) return;
   match = other;
+  match.matched *= static_cast<double>(rest.size()) / static_cast<double>(points_.size());
   points_ = std::move(rest);
 }
 

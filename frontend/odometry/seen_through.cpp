@@ -10,6 +10,7 @@ namespace {
 // The nearest that a fan saw in a bearing and beside it; 0: nothing in the bearing itself.
 double seen_at(const SightFan& fan, double bearing) {
   constexpr int kBins = SightFan::kBins;
+  if (!std::isfinite(bearing)) return 0;
   const int bin = static_cast<int>(std::floor((bearing + M_PI) / (2 * M_PI) * kBins));
   const auto at = [&](int i) {
     return static_cast<double>(fan.nearest[static_cast<std::size_t>((i + kBins) % kBins)]);
@@ -27,16 +28,15 @@ double rho(double chi_squared) { return 4 * std::log1p(chi_squared / 4); }
 
 }  // namespace
 
-std::vector<OrientedPoint> without_seen_through(const std::vector<OrientedPoint>& points,
-                                                const std::vector<SightFan>& fans,
-                                                const PlanarPose& T_fans_points, double margin) {
+std::vector<bool> seen_through(const std::vector<OrientedPoint>& points,
+                               const std::vector<SightFan>& fans, const PlanarPose& T_fans_points,
+                               double margin) {
   constexpr int kEnough = 2;
-  constexpr double kThing = 0.3;  // m
   std::vector<PlanarPose> T_fan_points;
   for (const SightFan& fan : fans) {
     T_fan_points.push_back(fan.T_anchor_scanner.inverse() * T_fans_points);
   }
-  std::vector<OrientedPoint> came, others;
+  std::vector<bool> through;
   for (const OrientedPoint& p : points) {
     int votes = 0;
     for (std::size_t i = 0; i < fans.size() && votes < kEnough; ++i) {
@@ -44,11 +44,18 @@ std::vector<OrientedPoint> without_seen_through(const std::vector<OrientedPoint>
       const double range = q.norm(), seen = seen_at(fans[i], std::atan2(q.y(), q.x()));
       votes += seen > 0 && range + margin + 0.02 * range < seen;
     }
-    (votes < kEnough ? others : came).push_back(p);
+    through.push_back(votes >= kEnough);
   }
-  // Their rims lie within the margin.
+  return through;
+}
+
+std::vector<OrientedPoint> without(const std::vector<OrientedPoint>& points,
+                                   const std::vector<bool>& came) {
+  constexpr double kThing = 0.3;  // m
+  std::vector<OrientedPoint> things, others;
+  for (std::size_t i = 0; i < points.size(); ++i) (came[i] ? things : others).push_back(points[i]);
   std::erase_if(others, [&](const OrientedPoint& p) {
-    return std::any_of(came.begin(), came.end(), [&](const OrientedPoint& c) {
+    return std::any_of(things.begin(), things.end(), [&](const OrientedPoint& c) {
       return (p.point - c.point).squaredNorm() < kThing * kThing;
     });
   });

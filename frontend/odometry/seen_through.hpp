@@ -8,13 +8,16 @@
 
 namespace lamina {
 
-/// The points without those that two fans or more saw through: by more than `margin` (m) and 2 % of
-/// their range, in the bearing of a point and in those beside it; and without what lies within 30
-/// cm of these, which are their rims. T_fans_points: from the points' frame into that of the fans'
-/// anchor.
-std::vector<OrientedPoint> without_seen_through(const std::vector<OrientedPoint>& points,
-                                                const std::vector<SightFan>& fans,
-                                                const PlanarPose& T_fans_points, double margin);
+/// Which points two fans or more saw through: by more than `margin` (m) and 2 % of their range, in
+/// the bearing of a point and in those beside it. T_fans_points: from the points' frame into that
+/// of the fans' anchor.
+std::vector<bool> seen_through(const std::vector<OrientedPoint>& points,
+                               const std::vector<SightFan>& fans, const PlanarPose& T_fans_points,
+                               double margin);
+
+/// The points without those that `came`, and without what lies within 30 cm of these: their rims.
+std::vector<OrientedPoint> without(const std::vector<OrientedPoint>& points,
+                                   const std::vector<bool>& came);
 
 /// What match_lines() minimises, at T: sum rho((n_i . (T p_i - q_i))^2 / sigma_i^2) / 2 over the
 /// oriented points' nearest ones in the map, with the weights of its last iterations, and the

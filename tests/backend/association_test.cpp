@@ -205,6 +205,17 @@ TEST(Boundaries, WhatIsThinnerThanACellIsKept) {
   }
 }
 
+TEST(Boundaries, AThinPieceThatSlantsHasNoHoles) {
+  PlaneLandmark face = PlaneLandmark::at(Plane({0, -1, 0}, -2), {0, 2, 0.02});
+  face.outline = OutlineGrid(0.1);
+  const std::vector<Eigen::Vector3d> seen{{0, 2, -0.01}, {1, 2, 0.09}, {1, 2, 0.11}, {0, 2, 0.01}};
+  grow_outline(face, seen);
+  for (double x = 0.01; x < 1; x += 0.01) {
+    const Eigen::Vector3d p(x, 2, 0.1 * x);
+    EXPECT_TRUE(face.outline.contains((face.T_map_outline.inverse() * p).head<2>())) << x;
+  }
+}
+
 TEST(Surfels, AStepOf1CmIsNotIronedFlat) {
   const Plane floor;
   const double w = 60 / (0.003 * 0.003);

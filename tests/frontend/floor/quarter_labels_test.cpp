@@ -85,6 +85,19 @@ TEST(QuarterLabels, WhatIsNotMeasuredIsNoPlane) {
   }
 }
 
+TEST(QuarterLabels, ImagesMayEndWithinABlock) {
+  const int width = kColumns * kBlock - 6;  // the last block is two pixels wide
+  Drawn cut = drawn([](int, int) { return 1; });
+  cut.image.width = width;
+  cut.image.d.assign(static_cast<std::size_t>(width * cut.image.height), 20.0F);
+  cut.marks.assign(cut.image.d.size(), 1);
+  cut.block_labels[kColumns - 1] = -1;  // so that its quarters are looked at
+  const QuarterLabels q = cut.quarters();
+  EXPECT_EQ(q.at(q.columns - 2, 0), 0);
+  EXPECT_EQ(q.at(q.columns - 1, 0), -1);  // no pixel
+  EXPECT_EQ(q.at(q.columns - 3, 0), 0);
+}
+
 TEST(QuarterLabels, NothingLabelledGivesNothing) {
   EXPECT_TRUE(quarter_labels({}, {}, {}, {}).labels.empty());
 }
