@@ -8,7 +8,7 @@ namespace lamina::raster {
 namespace {
 
 constexpr float kFar = 1e6F;
-constexpr double kAstride = 0.1;  // m: where edges lie is known to this
+constexpr double kAstride = 0.1;  // m: edges are known to this, tops and feet of walls to half
 
 bool inside(int i, int j) { return i >= 0 && j >= 0 && i < kSide && j < kSide; }
 
@@ -193,11 +193,11 @@ void draw_wall(const MapPlane& plane, const std::vector<Eigen::Vector3d>& outlin
     }
     crossings<0>(uv, u, vs);
     for (std::size_t m = 0; m + 1 < vs.size(); m += 2) {
-      const double span = vs[m + 1] - vs[m];
+      const double v0 = vs[m] - kAstride / 2, span = vs[m + 1] + kAstride / 2 - v0;
       const int pieces = 1 + static_cast<int>(span * std::abs(n.z()) / (r / 2));
       for (int q = 0; q < pieces; ++q) {
-        const Eigen::Vector3d a = foot + (vs[m] + span * q / pieces) * up;
-        const Eigen::Vector3d b = foot + (vs[m] + span * (q + 1) / pieces) * up;
+        const Eigen::Vector3d a = foot + (v0 + span * q / pieces) * up;
+        const Eigen::Vector3d b = foot + (v0 + span * (q + 1) / pieces) * up;
         const Eigen::Vector2d middle = 0.5 * (a + b).head<2>();
         for (const double share : {-1.0, 0.0, 1.0}) {
           put_obstacle(middle + share * aside, a.z(), b.z(), canvas);

@@ -182,7 +182,9 @@ TEST(Boundaries, AnOutlineEndsWithinHalfACellOfWhatWasSeen) {
     const std::vector<Eigen::Vector3d> seen{{a, 2, 0.02}, {b, 2, 0.02}, {b, 2, 1.5}, {a, 2, 1.5}};
     grow_outline(wall, seen);
     double low = 9, high = -9;
-    for (const auto& p : outlines_map(wall).at(0)) {
+    const auto outlines = outlines_map(wall);
+    ASSERT_EQ(outlines.size(), 1u);
+    for (const auto& p : outlines[0]) {
       low = std::min(low, p.x());
       high = std::max(high, p.x());
     }
