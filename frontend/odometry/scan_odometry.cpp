@@ -78,6 +78,7 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   if (dt > 0 && dt < 2 * last_interval_ && last_interval_ < 2 * dt) {
     const double share = dt / last_interval_;
     going_on = {dt, {share * velocity_.x, share * velocity_.y, share * velocity_.yaw}};
+    going_on.even = std::abs(dt - last_interval_) < 0.2 * dt;
   }
   const bool go_on = wheels && told_ && wheels_go_on(*wheels, dt, last_interval_);
   last_stamp_ = scan.stamp;
@@ -170,11 +171,10 @@ LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, const G
 // its walls do, and the match follows them. They walk where scans before saw through.
 void ScanOdometry::doubt_what_came(const PlanarPrior& wheels, const Prediction& prediction,
                                    const Eigen::Vector2d& scanner, LineMatch& match) {
-  constexpr double kClear = 11.3;   // 3 dof, 1 %
-  constexpr double kMargin = 0.15;  // m
-  constexpr double kMost = 0.3;     // of the scan: more is a place that was taken for another
-  if (map_.empty() || !(contradiction(match, prediction) >= kClear)) return;
-  if (prediction.T_prev_curr.translation().norm() < kStands) return;
+  constexpr double kClear = 11.3, kMargin = 0.15;  // 3 dof, 1 %; m
+  constexpr double kMost = 0.3;  // of the scan: more is a place that was taken for another
+  const bool stands = prediction.T_prev_curr.translation().norm() < kStands;
+  if (map_.empty() || stands || !(contradiction(match, prediction) >= kClear)) return;
   std::vector<SightFan> fans;
   for (const KeyScan& key : key_scans_) {
     fans.push_back(
@@ -185,8 +185,8 @@ void ScanOdometry::doubt_what_came(const PlanarPrior& wheels, const Prediction& 
   const std::vector<bool> there = seen_through(points_, fans, match.T_map_scan, kMargin);
   for (std::size_t i = 0; i < came.size(); ++i) came[i] = came[i] && there[i];
   const double most = kMost * static_cast<double>(points_.size());
-  const auto count = static_cast<double>(std::count(came.begin(), came.end(), true));
-  if (count == 0 || count > most) return;
+  const auto count = std::count(came.begin(), came.end(), true);
+  if (count == 0 || static_cast<double>(count) > most) return;
   std::vector<OrientedPoint> rest = without(points_, came);
   if (static_cast<double>(points_.size() - rest.size()) > most) return;
   const LineMatch other = match_lines(map_, rest, wheels.T_map_scan, wheels, options_.match);
@@ -210,10 +210,10 @@ void ScanOdometry::hold_to_wheels(const PlanarPrior& wheels, const Prediction& p
   };
   const PlanarPose found = from_before(match.T_map_scan), told = from_before(wheels.T_map_scan);
   const double leap = found.translation().norm(), turn = std::abs(found.yaw);
-  const double dt = before.dt;
-  const bool leaps = leap >= options_.least_leap + options_.most_acceleration * dt * dt &&
-                     told.translation().norm() <= options_.steady * leap;
-  const bool spins = turn >= options_.least_spin + options_.most_spin * dt * dt &&
+  const double square = before.dt * before.dt, told_leap = told.translation().norm();
+  const bool leaps = before.even && told_leap <= options_.steady * leap &&
+                     leap >= options_.least_leap + options_.most_acceleration * square;
+  const bool spins = turn >= options_.least_spin + options_.most_spin * square &&
                      std::abs(told.yaw) <= options_.steady * turn;
   if (!leaps && !spins) return;
   constexpr double kFirm = 1e4;  // times the wheels' information

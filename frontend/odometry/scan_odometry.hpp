@@ -123,6 +123,7 @@ class ScanOdometry {
   struct GoingOn {
     double dt = 0;  ///< s since the last scan; 0: unknown, or unlike the interval before
     PlanarPose motion;
+    bool even = false;  ///< the two intervals are the same to a fifth
   };
   LineMatch align(const Prediction& prediction, bool wheels, const GoingOn& before,
                   const Eigen::Vector2d& scanner, ScanMotion& motion);
