@@ -7,6 +7,7 @@
 //   floor_bench picture SCENE|FOLDER INDEX FILE.ppm    labels as colours
 #include <lamina/frontend/floor/blocks.hpp>
 #include <lamina/frontend/floor/distortion_estimator.hpp>
+#include <lamina/models/freed_memory.hpp>
 
 #include "floor_bench_scenes.hpp"
 
@@ -362,6 +363,7 @@ void picture(const char* input, int index, const char* file) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  lamina::keep_freed_memory();  // as the program does
   const std::string verb = argc > 1 ? argv[1] : "all";
   const bool all = verb == "all";
   const int count =

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include <lamina/frontend/floor/inner_blocks.hpp>
 
@@ -29,6 +30,15 @@ std::int16_t label_of(const DisparityImage& image, std::span<const std::uint8_t>
   const auto row = [&](int v) {
     return marks.data() + static_cast<std::ptrdiff_t>(v) * image.width;
   };
+  // Where all is of one kind, nothing is to be counted.
+  const std::uint8_t first = row(r.v0)[r.u0];
+  const std::size_t width = static_cast<std::size_t>(r.u1 - r.u0);
+  bool alike = std::all_of(row(r.v0) + r.u0, row(r.v0) + r.u1, [&](auto m) { return m == first; });
+  for (int v = r.v0 + 1; alike && v < r.v1; ++v) {
+    alike = std::memcmp(row(v) + r.u0, row(r.v0) + r.u0, width) == 0;
+  }
+  if (alike) return static_cast<std::int16_t>(first - 1);
+
   const int measured = measured_in(image, r);
   std::uint8_t last = 0;  // counted already
   for (int v = r.v0; v < r.v1; ++v) {
@@ -106,16 +116,18 @@ QuarterLabels quarter_labels(const DisparityImage& image, const BlockImage& bloc
 
 void drop_whiskers(QuarterLabels& quarters) {
   std::vector<std::uint8_t> stays(quarters.labels.size(), 0);
-  for (int r = 0; r + 1 < quarters.rows; ++r) {
-    for (int c = 0; c + 1 < quarters.columns; ++c) {
-      const std::int16_t k = quarters.at(c, r);
-      if (quarters.at(c + 1, r) != k || quarters.at(c, r + 1) != k ||
-          quarters.at(c + 1, r + 1) != k) {
-        continue;
-      }
-      for (const std::size_t i : {quarters.index(c, r), quarters.index(c, r + 1)}) {
-        stays[i] = stays[i + 1] = 1;
-      }
+  const std::size_t columns = static_cast<std::size_t>(quarters.columns);
+  std::vector<std::uint8_t> square(columns, 0);  // two by two of one label, from here on
+  for (int r = 0; r + 1 < quarters.rows; ++r) {  // whole rows at once
+    const std::int16_t* const upper = quarters.labels.data() + quarters.index(0, r);
+    const std::int16_t* const lower = upper + columns;
+    for (std::size_t c = 0; c + 1 < columns; ++c) {
+      square[c] = (upper[c] == upper[c + 1]) & (upper[c] == lower[c]) & (upper[c] == lower[c + 1]);
+    }
+    for (std::uint8_t* const stay : {stays.data() + quarters.index(0, r),
+                                     stays.data() + quarters.index(0, r + 1)}) {
+      for (std::size_t c = 0; c + 1 < columns; ++c) stay[c] |= square[c];
+      for (std::size_t c = 0; c + 1 < columns; ++c) stay[c + 1] |= square[c];
     }
   }
   drop(quarters, stays);
