@@ -13,10 +13,13 @@
 namespace lamina::apps {
 namespace {
 
-constexpr double kSquare = 0.1;  // m
-constexpr double kFine = 0.05;   // m, of what is left of an outline; divides kSquare
-constexpr double kWide = 0.02;   // m a pixel that still sees a square
-constexpr double kFoot = 0.2;    // m above the ground
+constexpr double kSquare = 0.1;    // m
+constexpr double kFine = 0.05;     // m, of what is left of an outline; divides kSquare
+constexpr double kWide = 0.02;     // m a pixel that still sees a square
+constexpr double kFoot = 0.2;      // m above the ground
+constexpr double kStride = 1;      // m: longer steps of a path do not tell its way
+constexpr double kReach = 1;       // m of a wall's lower border over the floor it stands on
+constexpr std::int32_t kBody = 3;  // squares from the path to where a robot's side may be
 
 OutlineGrid grid_of(const MapPlane& plane, const SE3& T_map_squares, double square) {
   const SE3 T_squares_map = T_map_squares.inverse();
@@ -41,6 +44,8 @@ PlaneSquares::PlaneSquares(const MapPlane& plane, bool wall, PlaceColumns& colum
   for (const auto& [i, j] : grid_of(plane, T_map_squares_, kSquare).cells()) {  // ascending
     PlaceColumn& strip = strips.try_emplace(i, kWide).first->second;
     strip.wall = wall;
+    low_ = std::min(low_, kSquare * j);
+    high_ = std::max(high_, kSquare * (j + 1));
     strip.add(T_map_squares_ * (kSquare * Eigen::Vector3d(i + 0.5, j + 0.5, 0)));
   }
   for (auto& [i, strip] : strips) {
@@ -82,13 +87,18 @@ PlaneSquares::Count PlaneSquares::count(const PlaceColumns& columns,
   return sum;
 }
 
-void PlaneSquares::cut(MapPlane& plane, const PlaceColumns& columns, const GroundHits& ground,
-                       std::vector<EdgePoint>& ends) const {
+std::set<std::int32_t> PlaneSquares::gone(const PlaceColumns& columns,
+                                          const GroundHits& ground) const {
   std::set<std::int32_t> gone;
   for (const Strip& strip : strips_) {
     if (count(strip, columns, ground).gone()) gone.insert(strip.i);
   }
-  if (gone.empty()) return;
+  return gone;
+}
+
+// Not where nothing would be left.
+bool PlaneSquares::cut(MapPlane& plane, const std::set<std::int32_t>& gone) const {
+  if (gone.empty()) return false;
   PlaneLandmark left;
   left.T_map_outline = T_map_squares_;
   left.outline = OutlineGrid(kFine);
@@ -97,13 +107,54 @@ void PlaneSquares::cut(MapPlane& plane, const PlaceColumns& columns, const Groun
     if (gone.count(strip) == 0) left.outline.add_cell(cell);
   }
   const auto outlines = outlines_map(left);
-  if (outlines.empty()) return;
+  if (outlines.empty()) return false;
   plane.outlines_map = outlines;
-  for (const Strip& strip : strips_) {
-    if (gone.count(strip.i) > 0) add_ends(strip, columns, ends);
-  }
   plane.ring_map = ring_map(left);
   plane.area = left.outline.area();
+  return true;
+}
+
+void PlaneSquares::cut(MapPlane& plane, const PlaceColumns& columns, const GroundHits& ground,
+                       std::vector<EdgePoint>& ends) const {
+  const std::set<std::int32_t> strips = gone(columns, ground);
+  if (!cut(plane, strips)) return;
+  for (const Strip& strip : strips_) {
+    if (strips.count(strip.i) > 0) add_ends(strip, columns, ends);
+  }
+}
+
+// Where steps of the path cross the plane, by strips, which may be none of its own.
+std::set<std::int32_t> PlaneSquares::crossed_by(const Trajectory& path) const {
+  const SE3 T_squares_map = T_map_squares_.inverse();
+  std::set<std::int32_t> crossed;
+  for (std::size_t k = 1; k < path.size(); ++k) {
+    const Eigen::Vector3d a = T_squares_map * path[k - 1].pose.translation(),
+                          b = T_squares_map * path[k].pose.translation();
+    if ((a.z() < 0) == (b.z() < 0) || (b - a).norm() > kStride) continue;
+    const Eigen::Vector3d at = a + a.z() / (a.z() - b.z()) * (b - a);
+    if (low_ - kReach < at.y() && at.y() < high_)
+      crossed.insert(static_cast<std::int32_t>(std::floor(at.x() / kSquare)));
+  }
+  return crossed;
+}
+
+void PlaneSquares::open_where_driven(MapPlane& plane, const PlaceColumns& columns,
+                                     const GroundHits& ground, const Trajectory& path) const {
+  const std::set<std::int32_t> crossed = crossed_by(path);
+  if (crossed.empty()) return;
+  const std::set<std::int32_t> away = gone(columns, ground);
+  std::set<std::int32_t> all, doors;
+  for (const Strip& strip : strips_) all.insert(strip.i);
+  for (const std::int32_t middle : crossed) {
+    for (const std::int32_t step : {-1, 1}) {
+      for (std::int32_t i = middle; std::abs(i - middle) <= kBody || away.count(i) > 0; i += step) {
+        if (all.count(i) == 0) continue;
+        if (away.count(i) == 0) break;
+        doors.insert(i);
+      }
+    }
+  }
+  cut(plane, doors);
 }
 
 void PlaneSquares::add_ends(const PlaceColumns& columns, std::vector<EdgePoint>& ends) const {

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <set>
 #include <vector>
 
 #include <lamina/apps/ground_hits.hpp>
 #include <lamina/apps/place_votes.hpp>
 #include <lamina/models/planar_map.hpp>
+#include <lamina/models/trajectory.hpp>
 
 namespace lamina::apps {
 
@@ -31,6 +34,10 @@ class PlaneSquares {
   /// gets their squares.
   void cut(MapPlane& plane, const PlaceColumns& columns, const GroundHits& ground,
            std::vector<EdgePoint>& ends) const;
+  /// Takes doors out that the path goes through: strips that are gone, beside one another, where it
+  /// crosses one of them. Views from afar, or of somebody who stood there, closed them.
+  void open_where_driven(MapPlane& plane, const PlaceColumns& columns, const GroundHits& ground,
+                         const Trajectory& path) const;
   /// Adds the squares that only went along.
   void add_ends(const PlaceColumns& columns, std::vector<EdgePoint>& ends) const;
 
@@ -40,9 +47,13 @@ class PlaneSquares {
     std::vector<Seat> seats;
   };
   Count count(const Strip& strip, const PlaceColumns& columns, const GroundHits& ground) const;
+  std::set<std::int32_t> gone(const PlaceColumns& columns, const GroundHits& ground) const;
+  std::set<std::int32_t> crossed_by(const Trajectory& path) const;
+  bool cut(MapPlane& plane, const std::set<std::int32_t>& gone) const;
   void add_ends(const Strip& strip, const PlaceColumns& columns,
                 std::vector<EdgePoint>& ends) const;
   SE3 T_map_squares_;
+  double low_ = 0, high_ = 0;  // m, of all squares, upward from the plane's centre
   std::vector<Strip> strips_;
 };
 

@@ -246,6 +246,8 @@ void SightVotes::withdraw(PlanarMap& map, const Trajectory& trajectory, double r
         continue;
       }
       if (doubted) at->second.cut(plane, columns, ground, map.edges);
+    } else if (at != squares.end()) {
+      at->second.open_where_driven(plane, columns, ground, trajectory);
     }
     left.push_back(std::move(plane));
   }

@@ -95,7 +95,8 @@ class Mapper {
   /// asked once more, when planes that turned out to be one are merged.
   void retire_again();
   /// Keyframes beyond the window for which an older one could stand in, were it known how far from
-  /// it they lie: not until refine() has spread the path's drift.
+  /// it they lie, and that planes of theirs which seem new are known: not until refine() has spread
+  /// the path's drift and merged what turned out to be one.
   std::size_t waiting() const { return waiting_; }
 
   /// What a long run keeps of every frame goes to a file without a name in this folder; its bytes
@@ -206,7 +207,8 @@ class Mapper {
   void remember_merge(PlaneId from);
   void absorb(PlaneId from, PlaneId into);
   void share_outlines(PlaneId old, PlaneId made);
-  const Keyframe* stand_in_for(const Keyframe& keyframe) const;
+  const Keyframe* nearest_older(const Keyframe& keyframe) const;
+  bool stands_in(const Keyframe& other, const Keyframe& keyframe) const;
   bool retire(KeyframeId id);
   void remake_outlines();
   MapPlane map_plane(const PlaneLandmark& plane) const;

@@ -262,10 +262,9 @@ void Mapper::move(const SE3& T_new_map) {
   for (auto& tentative : tentatives_) refit(tentative);
 }
 
-// The nearest older keyframe from about the same place, where it saw all that this one saw but
-// planes that plenty of others saw, and half of it at least: what the map knows stays.
-const Keyframe* Mapper::stand_in_for(const Keyframe& keyframe) const {
-  const Keyframe* stand_in = nullptr;
+// The nearest older keyframe from about the same place.
+const Keyframe* Mapper::nearest_older(const Keyframe& keyframe) const {
+  const Keyframe* found = nullptr;
   double nearest = options_.reuse_distance_m;
   for (const Keyframe& other : graph_.keyframes) {
     if (other.id >= keyframe.id) break;
@@ -274,15 +273,20 @@ const Keyframe* Mapper::stand_in_for(const Keyframe& keyframe) const {
     const double off = between.translation().norm();
     if (off >= nearest || between.so3().log().norm() > options_.reuse_angle_deg * kDegree) continue;
     nearest = off;
-    stand_in = &other;
+    found = &other;
   }
-  if (!stand_in) return nullptr;
+  return found;
+}
+
+// It saw all planes that the keyframe saw but those that plenty of others saw, and half of them at
+// least: what the map knows stays.
+bool Mapper::stands_in(const Keyframe& other, const Keyframe& keyframe) const {
   constexpr int kPlenty = 6;
   std::set<PlaneId> there;
   std::map<PlaneId, int> here;  // and by how many others
   for (const auto& f : graph_.plane_moments) {
     if (f.keyframe == keyframe.id) here[f.plane] = 0;
-    if (f.keyframe == stand_in->id) there.insert(f.plane);
+    if (f.keyframe == other.id) there.insert(f.plane);
   }
   for (const auto& f : graph_.plane_moments) {
     const auto it = f.keyframe == keyframe.id ? here.end() : here.find(f.plane);
@@ -293,10 +297,10 @@ const Keyframe* Mapper::stand_in_for(const Keyframe& keyframe) const {
     if (there.count(plane)) {
       ++shared;
     } else if (others < kPlenty) {
-      return nullptr;
+      return false;
     }
   }
-  return 2 * shared >= here.size() ? stand_in : nullptr;
+  return 2 * shared >= here.size();
 }
 
 // A keyframe beyond the window that an older one can stand in for goes: its planes are seen from
@@ -305,8 +309,12 @@ bool Mapper::retire(KeyframeId id) {
   const Keyframe* keyframe = graph_.find(id);
   if (!keyframe || keyframe->fixed || options_.reuse_distance_m <= 0) return false;
   if (!loops_can_go(graph_, *keyframe, options_.reuse_angle_deg * kDegree)) return false;
-  const Keyframe* stand_in = stand_in_for(*keyframe);
+  const Keyframe* stand_in = nearest_older(*keyframe);
   if (!stand_in) return false;
+  if (!stands_in(*stand_in, *keyframe)) {
+    ++waiting_;  // its planes may be those of the other, met again: the refiner will say
+    return false;
+  }
   const auto chain = chained_past(graph_, id);
   if (!chain) return false;
   // What hangs on the stand-in follows it for good: it must hang where both saw their planes, not
