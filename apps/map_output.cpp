@@ -18,6 +18,7 @@
 #include <lamina/apps/overhangs.hpp>
 #include <lamina/apps/recorded_stamps.hpp>
 #include <lamina/backend/refiner.hpp>
+#include <lamina/grid/driven_ground.hpp>
 #include <lamina/grid/occupancy_fill.hpp>
 #include <lamina/grid/occupancy_grid.hpp>
 #include <lamina/grid/rasterizer.hpp>
@@ -247,9 +248,13 @@ void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
                                between =
                                    between_legs(solid, sights_.seen(), trajectory,
                                                 settings_.grid_resolution, settings_.robot.height);
+  DrivenOptions robot;
+  robot.radius = settings_.robot.radius;
+  const std::vector<DrivenCell> driven = driven_over(rasterizer, trajectory, robot);
   NavigabilityGrid grid = std::move(rasterizer).take_grid();
   hide(grid, behind);
   hide(grid, between);
+  free_cells(grid, driven, raster_options(settings_).min_probability);
   // A map from scans alone: nothing looked at the floor, what is clear at the scanner's height is
   // the best there is, and its confidence says so.
   if (!floor_seen && occupancy) fill_from_occupancy(grid, *occupancy);

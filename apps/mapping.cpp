@@ -167,10 +167,14 @@ Mapper map_online(Run& run) {
   LoopBook book;
   OnlineUpkeep upkeep;
   MountingDoubt doubt(run.settings);
+  constexpr int kTrimEvery = 50;
+  int keyframes = 0;
   mapper.keep_frames_in(output.folder());
   for_each_step(run, [&](JournalEntry&& entry) {
     doubt.met(entry.step, run.front_end.met_wheels());
-    upkeep.added(map_step(entry.step, mapper, run.closer, book, output), mapper);
+    const AddResult added = map_step(entry.step, mapper, run.closer, book, output);
+    upkeep.added(added, mapper);
+    if (added.is_keyframe && ++keyframes % kTrimEvery == 0) give_back_memory();
     if (run.live) run.live->mapped(entry.step, mapper, output.metrics);
     const int taken = book.hand_over(entry.loops, mapper);
     output.metrics.counts["scan_loops"] += taken;

@@ -34,6 +34,7 @@ void Movers::add(Timestamp stamp, const std::vector<MetPlace>& met) {
     if (!gone && m.column->met_for(m.place) <= kStood) continue;
     Count& count = look.cells[{index(p.x()), index(p.y())}];
     ++(gone ? count.gone : count.stood);
+    look.gone += gone;
   }
 }
 
@@ -55,6 +56,7 @@ void Movers::tell(const Look& look) {
 }
 
 bool Movers::beside(const Look& look, const Eigen::Vector3d& p) const {
+  if (look.gone < kFewest) return false;  // as most looks are, where nobody walks
   const std::int64_t i = index(p.x()), j = index(p.y());
   Count sum;
   for (std::int64_t a = i - kReach; a <= i + kReach; ++a) {

@@ -16,8 +16,11 @@ constexpr double kPassing = 1e9;  // ns
 void PlaceColumn::meet(Timestamp stamp, const std::vector<PlaceSight>& sights) {
   const std::int64_t ns = stamp.nanoseconds();
   for (std::size_t k = 0; k < places_.size(); ++k) {
-    if (sights[k].sight != Sight::kMet) continue;
     Place& place = places_[k];
+    if (sights[k].sight == Sight::kUnknown) continue;
+    const double depth = sights[k].depth;
+    place.closest = place.closest > 0 ? std::min(place.closest, depth) : depth;
+    if (sights[k].sight != Sight::kMet) continue;
     const bool first = place.met++ == 0;
     place.first = first ? ns : std::min(place.first, ns);
     place.last = first ? ns : std::max(place.last, ns);
@@ -35,7 +38,10 @@ void PlaceColumn::pass(Timestamp stamp, const std::vector<PlaceSight>& sights, d
   const std::int64_t ns = stamp.nanoseconds();
   for (std::size_t k = 0; k < places_.size(); ++k) {
     Place& place = places_[k];
+    const bool near = sights[k].depth <= kAsNear * place.closest;
+    if (sights[k].sight == Sight::kMet) place.met_near += near;
     if (sights[k].sight != Sight::kPast) continue;
+    place.past_near += near && place.met > 0 && ns > place.first;
     if (sights[k].depth > std::max(kAsNear * place.nearest, finest_ / pixel)) continue;
     if (place.met > 0 && ns < place.last) {
       ++place.earlier;
@@ -66,6 +72,11 @@ bool PlaceColumn::met_in_passing(std::size_t k) const {
 bool PlaceColumn::went_along(std::size_t k) const {
   const Place& place = places_[k];
   return place.met > 0 && place.beside == place.met && !free_again(k);
+}
+
+bool PlaceColumn::outvoted(std::size_t k) const {
+  const Place& place = places_[k];
+  return place.past_near >= kPasses && place.past_near > place.met_near;
 }
 
 bool PlaceColumn::no_wall(std::size_t k) const {

@@ -58,18 +58,23 @@ class PlaceColumn {
   bool met_in_passing(std::size_t k) const;
   /// Not free again as nobody looked, but never met without something beside it that has gone.
   bool went_along(std::size_t k) const;
+  /// Of the looks from near, which see it best, three and more than met it went past it since it
+  /// was first met: what those from afar met lies beside it. What was put down is never gone past.
+  bool outvoted(std::size_t k) const;
   /// Free again, or met by no more looks (of three or more) than had gone past before: no wall.
   bool no_wall(std::size_t k) const;
 
  private:
-  static constexpr int kBelow = 4;  ///< places
+  static constexpr int kBelow = 6;  ///< places
   struct Place {
     Eigen::Vector3d p_map = Eigen::Vector3d::Zero();
     double nearest = 0;                 // m, depth of the nearest look that met it
     std::int64_t first = 0, last = -1;  // ns, looks that met it
     int met = 0, beside = 0;
-    int earlier = 0, since = 0;  // looks that went past before the last of these, after it
-    std::int64_t passed = -1;    // ns, the last of the latter
+    int earlier = 0, since = 0;       // looks that went past before the last of these, after it
+    std::int64_t passed = -1;         // ns, the last of the latter
+    double closest = 0;               // m, depth of the nearest look that met it or went past
+    int met_near = 0, past_near = 0;  // looks from near, the latter since it was first met
     // Looks that met this, by how many places further down: that met that one, that went past it.
     std::array<int, kBelow> both{}, over{};
   };

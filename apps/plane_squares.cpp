@@ -57,14 +57,14 @@ PlaneSquares::PlaneSquares(const MapPlane& plane, bool wall, PlaceColumns& colum
 }
 
 PlaneSquares::Count PlaneSquares::count(const Strip& strip, const PlaceColumns& columns,
-                                        const GroundHits& ground) const {
+                                        const GroundHits& ground, bool by_nearest) const {
   Count found;
   for (const Seat& seat : strip.seats) {
     const PlaceColumn& column = columns[seat.column];
     const Eigen::Vector3d& p = column.at_map(seat.place);
     const auto z = ground.under(p);
     if (z && p.z() - *z < kFoot) continue;
-    if (column.no_wall(seat.place)) {
+    if (column.no_wall(seat.place) || (by_nearest && column.outvoted(seat.place))) {
       ++found.no_wall;
     } else if (column.went_along(seat.place)) {
       ++found.went_along;
@@ -79,7 +79,7 @@ PlaneSquares::Count PlaneSquares::count(const PlaceColumns& columns,
                                         const GroundHits& ground) const {
   Count sum;
   for (const Strip& strip : strips_) {
-    const Count found = count(strip, columns, ground);
+    const Count found = count(strip, columns, ground, false);
     sum.no_wall += found.no_wall;
     sum.went_along += found.went_along;
     sum.stands += found.stands;
@@ -87,11 +87,11 @@ PlaneSquares::Count PlaneSquares::count(const PlaceColumns& columns,
   return sum;
 }
 
-std::set<std::int32_t> PlaneSquares::gone(const PlaceColumns& columns,
-                                          const GroundHits& ground) const {
+std::set<std::int32_t> PlaneSquares::gone(const PlaceColumns& columns, const GroundHits& ground,
+                                          bool by_nearest) const {
   std::set<std::int32_t> gone;
   for (const Strip& strip : strips_) {
-    if (count(strip, columns, ground).gone()) gone.insert(strip.i);
+    if (count(strip, columns, ground, by_nearest).gone()) gone.insert(strip.i);
   }
   return gone;
 }
@@ -116,7 +116,7 @@ bool PlaneSquares::cut(MapPlane& plane, const std::set<std::int32_t>& gone) cons
 
 void PlaneSquares::cut(MapPlane& plane, const PlaceColumns& columns, const GroundHits& ground,
                        std::vector<EdgePoint>& ends) const {
-  const std::set<std::int32_t> strips = gone(columns, ground);
+  const std::set<std::int32_t> strips = gone(columns, ground, false);
   if (!cut(plane, strips)) return;
   for (const Strip& strip : strips_) {
     if (strips.count(strip.i) > 0) add_ends(strip, columns, ends);
@@ -142,7 +142,7 @@ void PlaneSquares::open_where_driven(MapPlane& plane, const PlaceColumns& column
                                      const GroundHits& ground, const Trajectory& path) const {
   const std::set<std::int32_t> crossed = crossed_by(path);
   if (crossed.empty()) return;
-  const std::set<std::int32_t> away = gone(columns, ground);
+  const std::set<std::int32_t> away = gone(columns, ground, true);
   std::set<std::int32_t> all, doors;
   for (const Strip& strip : strips_) all.insert(strip.i);
   for (const std::int32_t middle : crossed) {

@@ -46,8 +46,11 @@ class PlaneSquares {
     std::int32_t i = 0;
     std::vector<Seat> seats;
   };
-  Count count(const Strip& strip, const PlaceColumns& columns, const GroundHits& ground) const;
-  std::set<std::int32_t> gone(const PlaceColumns& columns, const GroundHits& ground) const;
+  /// `by_nearest`: what looks from near outvote is no wall, too.
+  Count count(const Strip& strip, const PlaceColumns& columns, const GroundHits& ground,
+              bool by_nearest) const;
+  std::set<std::int32_t> gone(const PlaceColumns& columns, const GroundHits& ground,
+                              bool by_nearest) const;
   std::set<std::int32_t> crossed_by(const Trajectory& path) const;
   bool cut(MapPlane& plane, const std::set<std::int32_t>& gone) const;
   void add_ends(const Strip& strip, const PlaceColumns& columns,

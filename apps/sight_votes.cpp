@@ -21,8 +21,8 @@ namespace {
 
 constexpr double kInterval = kLookInterval;  // between scans, too
 constexpr double kRadius = 0.06;    // m about a place: half a cell's diagonal, and poses' errors
-constexpr double kLevel = 0.15;     // m of height that loose points share
-constexpr int kBelow = 4;           // levels
+constexpr double kLevel = 0.1;      // m of height that loose points share
+constexpr int kBelow = 6;           // levels
 constexpr double kFarthest = 8;     // m
 constexpr double kUpright = 0.5;    // |n.z| below
 constexpr double kPerson = 1;       // m^2 of a plane: no person is larger
@@ -47,6 +47,18 @@ double reach_of(const DepthLook& look) {
   const double slant =
       Eigen::Vector3d(slope(look.fx, look.cx, look.nx), slope(look.fy, look.cy, look.ny), 1).norm();
   return std::min(kFarthest, slant * (z + look.margin(z)));
+}
+
+// Whether a look may see anything of a sphere, in the camera's frame: no face of its pyramid leaves
+// all of it out.
+bool may_see(const DepthLook& look, const Eigen::Vector3d& p, double radius) {
+  if (!(p.z() > -radius)) return false;
+  const auto within = [&](float f, float c, std::int32_t n, double x) {
+    const double focal = static_cast<double>(f), low = static_cast<double>(c), high = n - low;
+    return focal * x + low * p.z() >= -radius * std::hypot(focal, low) &&
+           high * p.z() - focal * x >= -radius * std::hypot(focal, high);
+  };
+  return within(look.fx, look.cx, look.nx, p.x()) && within(look.fy, look.cy, look.ny, p.y());
 }
 
 // Loose points of one cell and level are one place, at the height of the lowest of them.
@@ -120,7 +132,10 @@ class Lookers {
       archive(seen);
       const DepthLook& look = seen.look;
       const double square = 1 / static_cast<double>(std::min(look.fx, look.fy));
-      ask_one(columns, seen.stamp, seen.T_body_camera, reach_of(look), look.pixel, take,
+      const auto in_view = [&look](const Eigen::Vector3d& p, double radius) {
+        return may_see(look, p, radius);
+      };
+      ask_one(columns, seen.stamp, seen.T_body_camera, reach_of(look), look.pixel, take, in_view,
               [&look, square](const Eigen::Vector3d& p) {
                 return PlaceSight{look.at(p, kRadius), p.z(), kRadius + square * p.z()};
               });
@@ -131,22 +146,29 @@ class Lookers {
       const LaserScan& scan = kept.scan;
       if (kept.from_depth || (last && std::abs(scan.stamp - *last) < kInterval)) return;
       last = scan.stamp;
+      const auto in_plane = [](const Eigen::Vector3d& p, double radius) {
+        return std::abs(p.z()) <= radius;
+      };
       ask_one(columns, scan.stamp, scan.lidar.T_body_lidar, kFarthest, scan.angle_increment, take,
-              [&scan](const Eigen::Vector3d& p) {
+              in_plane, [&scan](const Eigen::Vector3d& p) {
                 return PlaceSight{sight_of(scan, p, kRadius), p.head<2>().norm(), kRadius};
               });
     });
   }
 
  private:
-  template <class Take, class SightOf>
+  template <class Take, class InView, class SightOf>
   void ask_one(PlaceColumns& columns, Timestamp stamp, const SE3& T_body_sensor, double reach,
-               double pixel, const Take& take, const SightOf& sight_of_place) const {
+               double pixel, const Take& take, const InView& in_view,
+               const SightOf& sight_of_place) const {
     const auto T_map_body = path_.at(stamp);
     if (!T_map_body) return;
     const SE3 T_map_sensor = *T_map_body * T_body_sensor, T_sensor_map = T_map_sensor.inverse();
     Seen seen{stamp, pixel, {}};
     columns.for_each_near(T_map_sensor.translation(), reach, [&](PlaceColumn& column) {
+      const Eigen::Vector3d first = column.at_map(0), last = column.at_map(column.size() - 1);
+      const double radius = 0.5 * (last - first).norm() + kRadius;
+      if (!in_view(T_sensor_map * Eigen::Vector3d(0.5 * (first + last)), radius)) return;
       ColumnSight& sight = seen.columns.emplace_back();
       sight.column = &column;
       for (std::size_t k = 0; k < column.size(); ++k)
@@ -256,7 +278,7 @@ void SightVotes::withdraw(PlanarMap& map, const Trajectory& trajectory, double r
     const Seat* seat = loose.seat(p);
     if (seat == nullptr) return false;
     const PlaceColumn& column = columns[seat->column];
-    if (column.free_again(seat->place)) return true;
+    if (column.free_again(seat->place) || column.outvoted(seat->place)) return true;
     if (!column.met_in_passing(seat->place) && !column.went_along(seat->place)) return false;
     map.edges.push_back({p, 0, false});
     return true;

@@ -7,6 +7,7 @@
 #include <Eigen/Cholesky>
 
 #include <lamina/backend/level_gaps.hpp>
+#include <lamina/backend/lone_candidate.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/mapper_step.hpp>
 #include <lamina/backend/piece_gap.hpp>
@@ -195,12 +196,14 @@ AssociationDecision Mapper::associate_one(std::size_t index, const Step& step) {
   }
   auto near = candidates(evidence, step.T_map_body);
   // Planes that left the window are taken back one by one only where the prediction is sure
-  // enough to tell neighbours apart; otherwise by several at once (recognise()).
-  std::erase_if(near, [&](const AssociationCandidate& c) {
+  // enough to tell neighbours apart, or there are none; otherwise by several (recognise()).
+  std::erase_if(near, [&, all = near](const AssociationCandidate& c) {
     if (window_.contains(c.id)) return false;
     const double sigma =
         std::sqrt(c.covariance.topLeftCorner<3, 3>().diagonal().maxCoeff() + c.covariance(8, 8));
-    return !(sigma < 0.2 * options_.association.max_distance_m);
+    if (sigma < 0.2 * options_.association.max_distance_m) return false;
+    return !options_.place.enabled || evidence.partial || !stands_alone(c, all) ||
+           !(sigma < 2 * options_.association.max_distance_m);
   });
   for (auto& c : near) here(c);
   return associate(evidence, step.T_map_body, near, options_.association);

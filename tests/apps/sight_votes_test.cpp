@@ -182,6 +182,52 @@ TEST(SightVotes, LooksThatGoPastALargeWallTakeNothingAway) {
   EXPECT_TRUE(drive.result().loose_points.empty());
 }
 
+// From afar a square of the image takes in a place beside the post, too; from near it does not.
+TEST(SightVotes, LooksFromNearOutvoteThoseFromAfar) {
+  const Box post{{1.8, 0.13, 0}, {2.0, 0.5, 1}};
+  Drive drive;
+  drive.stands({1.82, 0.03, 0.45});
+  drive.stands({1.82, 0.18, 0.45});  // the post
+  drive.see(6, {post}, -3);
+  ASSERT_EQ(drive.result().loose_points.size(), 2u);
+  drive.see(4, {post}, 0.5);
+  drive.see(6, {post}, -3);
+  const PlanarMap map = drive.result();
+  ASSERT_EQ(map.loose_points.size(), 1u);
+  EXPECT_EQ(map.loose_points[0].y(), 0.18);
+}
+
+// Views from afar closed it; the robot drove through.
+TEST(SightVotes, ADoorThatWasDrivenThroughIsOpen) {
+  const std::vector<Box> jambs{{{1.8, -2.5, 0}, {1.9, -0.45, 1.6}},
+                               {{1.8, 0.45, 0}, {1.9, 2.5, 1.6}}};
+  Drive drive;
+  MapPlane wall;
+  wall.plane_map = Plane({-1, 0, 0}, -1.8);
+  wall.centroid_map = {1.8, 0, 0.8};
+  wall.outlines_map = {{{1.8, -2.5, 0}, {1.8, 2.5, 0}, {1.8, 2.5, 1.6}, {1.8, -2.5, 1.6}}};
+  wall.area = 8;
+  drive.map.planes.push_back(wall);
+  wall.id = 1;  // the far end: what is no wall is a small part of all
+  wall.plane_map = Plane({-1, 0, 0}, -5);
+  wall.centroid_map.x() = 5;
+  for (Eigen::Vector3d& p : wall.outlines_map[0]) p.x() = 5;
+  drive.map.planes.push_back(wall);
+  for (const double x : {-1.0, 0.0, 0.8}) drive.see(4, jambs, x);
+  ASSERT_EQ(drive.result().planes.size(), 2u);
+  EXPECT_EQ(drive.result().planes[0].outlines_map.size(), 1u);  // not driven through yet
+  drive.see(1, jambs, 1.5);
+  drive.see(1, jambs, 2.2);
+  const PlanarMap map = drive.result();
+  ASSERT_EQ(map.planes.size(), 2u);
+  ASSERT_EQ(map.planes[0].outlines_map.size(), 2u);
+  EXPECT_EQ(map.planes[1].outlines_map.size(), 1u);
+  EXPECT_LT(map.planes[0].area, 8 - 0.55 * 1.6);
+  for (const auto& outline : map.planes[0].outlines_map) {
+    for (const Eigen::Vector3d& p : outline) EXPECT_GT(std::abs(p.y()), 0.29);
+  }
+}
+
 // A rod of 4 mm, met from near; the image from afar has no pixel on it.
 TEST(SightVotes, LooksFromAfarTakeNoThinThingsAway) {
   const Box rod{{1.02, 0.018, 0}, {1.024, 0.022, 1}};

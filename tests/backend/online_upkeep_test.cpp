@@ -89,5 +89,20 @@ TEST(OnlineUpkeep, WhatHadToStayIsAskedAgain) {
   EXPECT_EQ(met.mapper.graph().keyframes.size(), after);
 }
 
+// Planes that seem new at places that are known are hardly so: laps of them must not pile up either.
+TEST(OnlineUpkeep, KnownPlacesWhosePlanesSeemNewAreDue) {
+  MapperOptions options;
+  options.place.enabled = false;
+  options.window.keyframes = 8;
+  options.association.max_distance_m = 0.02;
+  Met met(1, 360, 120, options);
+  met.drive(120);
+  met.upkeep.refine(met.mapper);
+  EXPECT_FALSE(met.upkeep.due(0, met.mapper));
+  met.drive(240);
+  EXPECT_GT(met.mapper.waiting(), 0u);
+  EXPECT_TRUE(met.upkeep.due(0, met.mapper));
+}
+
 }  // namespace
 }  // namespace lamina
