@@ -36,7 +36,7 @@ class Movers {
   struct Look {
     Timestamp stamp;
     std::map<Cell, Count> cells;
-    int gone = 0;  // in all of them
+    int gone = 0;                // in all of them
     std::vector<MetPlace> open;  // not free again, to be told
   };
   void tell(const Look& look);

@@ -124,8 +124,8 @@ void drop_whiskers(QuarterLabels& quarters) {
     for (std::size_t c = 0; c + 1 < columns; ++c) {
       square[c] = (upper[c] == upper[c + 1]) & (upper[c] == lower[c]) & (upper[c] == lower[c + 1]);
     }
-    for (std::uint8_t* const stay : {stays.data() + quarters.index(0, r),
-                                     stays.data() + quarters.index(0, r + 1)}) {
+    for (std::uint8_t* const stay :
+         {stays.data() + quarters.index(0, r), stays.data() + quarters.index(0, r + 1)}) {
       for (std::size_t c = 0; c + 1 < columns; ++c) stay[c] |= square[c];
       for (std::size_t c = 0; c + 1 < columns; ++c) stay[c + 1] |= square[c];
     }

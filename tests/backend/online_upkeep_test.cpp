@@ -89,7 +89,8 @@ TEST(OnlineUpkeep, WhatHadToStayIsAskedAgain) {
   EXPECT_EQ(met.mapper.graph().keyframes.size(), after);
 }
 
-// Planes that seem new at places that are known are hardly so: laps of them must not pile up either.
+// Planes that seem new at places that are known are hardly so: laps of them must not pile up
+// either.
 TEST(OnlineUpkeep, KnownPlacesWhosePlanesSeemNewAreDue) {
   MapperOptions options;
   options.place.enabled = false;
