@@ -93,27 +93,32 @@ struct Cell {
 };
 struct Candidate {
   int turn, dx, dy;  ///< index of the turn; shift in cells
-  int sum;           ///< bound (or value) of the summed likelihood
+  std::int64_t sum;  ///< bound (or value) of the summed likelihood
 };
 
 class Search {
  public:
-  Search(const LikelihoodGrid& grid, const std::vector<Eigen::Vector2d>& points,
-         const PlanarPose& start, const SearchWindow& window)
-      : grid_(grid), points_(points), start_(start), window_(window) {
+  Search(const std::vector<SearchLayer>& layers, const PlanarPose& start,
+         const SearchWindow& window)
+      : layers_(layers), start_(start), window_(window) {
     double farthest = 1;
-    for (const Eigen::Vector2d& p : points) farthest = std::max(farthest, p.norm());
-    step_ = grid.resolution() / farthest;
+    for (const SearchLayer& layer : layers) {
+      resolution_ = layer.grid->resolution();
+      levels_ = layer.grid->levels();
+      full_ += 255.0 * layer.weight * static_cast<double>(layer.points_scan.size());
+      for (const Eigen::Vector2d& p : layer.points_scan) farthest = std::max(farthest, p.norm());
+    }
+    step_ = resolution_ / farthest;
     turns_ = static_cast<int>(std::ceil(window.rotation / step_));
-    shifts_ = static_cast<int>(std::ceil(window.translation / grid.resolution()));
+    shifts_ = static_cast<int>(std::ceil(window.translation / resolution_));
     cells_.resize(static_cast<std::size_t>(2 * turns_ + 1));
   }
 
   std::optional<CorrelativeMatch> run(double min_score) {
-    const double full = 255.0 * static_cast<double>(points_.size());
-    best_ = Candidate{0, 0, 0, static_cast<int>(std::floor(min_score * full))};
+    if (!(full_ > 0)) return std::nullopt;
+    best_ = Candidate{0, 0, 0, static_cast<std::int64_t>(std::floor(min_score * full_))};
     int level = 0;
-    while (level + 1 < grid_.levels() && (1 << (level + 1)) <= 2 * shifts_) ++level;
+    while (level + 1 < levels_ && (1 << (level + 1)) <= 2 * shifts_) ++level;
     std::vector<Candidate> roots;
     for (int turn = -turns_; turn <= turns_; ++turn) {
       for (int dx = -shifts_; dx <= shifts_; dx += 1 << level) {
@@ -125,31 +130,40 @@ class Search {
     }
     descend(roots, level);
     if (!found_) return std::nullopt;
-    return CorrelativeMatch{pose(best_), static_cast<double>(best_.sum) / full};
+    return CorrelativeMatch{pose(best_), static_cast<double>(best_.sum) / full_};
   }
 
  private:
   PlanarPose pose(const Candidate& c) const {
-    return {start_.x + c.dx * grid_.resolution(), start_.y + c.dy * grid_.resolution(),
+    return {start_.x + c.dx * resolution_, start_.y + c.dy * resolution_,
             wrap_angle(start_.yaw + c.turn * step_)};
   }
 
+  /// Of all layers' points, one layer after the other.
   const std::vector<Cell>& cells(int turn) {
     std::vector<Cell>& cells = cells_[static_cast<std::size_t>(turn + turns_)];
     if (cells.empty()) {
       const PlanarPose T{start_.x, start_.y, start_.yaw + turn * step_};
       const Eigen::Matrix2d R = T.rotation();
-      for (const Eigen::Vector2d& p : points_) {
-        const Eigen::Vector2d q = R * p + T.translation();
-        cells.push_back({grid_.cell_x(q.x()), grid_.cell_y(q.y())});
+      for (const SearchLayer& layer : layers_) {
+        for (const Eigen::Vector2d& p : layer.points_scan) {
+          const Eigen::Vector2d q = R * p + T.translation();
+          cells.push_back({layer.grid->cell_x(q.x()), layer.grid->cell_y(q.y())});
+        }
       }
     }
     return cells;
   }
 
-  int sum(int level, int turn, int dx, int dy) {
-    int total = 0;
-    for (const Cell& c : cells(turn)) total += grid_.at(level, c.x + dx, c.y + dy);
+  std::int64_t sum(int level, int turn, int dx, int dy) {
+    std::int64_t total = 0;
+    const Cell* c = cells(turn).data();
+    for (const SearchLayer& layer : layers_) {
+      int part = 0;
+      for (std::size_t i = 0; i < layer.points_scan.size(); ++i, ++c)
+        part += layer.grid->at(level, c->x + dx, c->y + dy);
+      total += std::int64_t{layer.weight} * part;
+    }
     return total;
   }
 
@@ -185,11 +199,12 @@ class Search {
     }
   }
 
-  const LikelihoodGrid& grid_;
-  const std::vector<Eigen::Vector2d>& points_;
+  const std::vector<SearchLayer>& layers_;
   PlanarPose start_;
   SearchWindow window_;
-  double step_ = 0.01;
+  double resolution_ = 0.1, step_ = 0.01;
+  double full_ = 0;  ///< sum of a perfect match
+  int levels_ = 1;
   int turns_ = 0, shifts_ = 0;
   std::vector<std::vector<Cell>> cells_;
   Candidate best_{0, 0, 0, 0};
@@ -198,12 +213,17 @@ class Search {
 
 }  // namespace
 
+std::optional<CorrelativeMatch> search_correlative(const std::vector<SearchLayer>& layers,
+                                                   const PlanarPose& start,
+                                                   const SearchWindow& window, double min_score) {
+  return Search(layers, start, window).run(min_score);
+}
+
 std::optional<CorrelativeMatch> search_correlative(const LikelihoodGrid& grid,
                                                    const std::vector<Eigen::Vector2d>& points_scan,
                                                    const PlanarPose& start,
                                                    const SearchWindow& window, double min_score) {
-  if (points_scan.empty()) return std::nullopt;
-  return Search(grid, points_scan, start, window).run(min_score);
+  return search_correlative({{&grid, points_scan, 1}}, start, window, min_score);
 }
 
 }  // namespace lamina

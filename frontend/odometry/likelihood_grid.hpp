@@ -67,9 +67,21 @@ struct CorrelativeMatch {
   double score = 0;  ///< mean likelihood of the points, 0 to 1
 };
 
+/// Points of one kind with the map of that kind; each counts `weight` times, 1 to 255.
+struct SearchLayer {
+  const LikelihoodGrid* grid = nullptr;  ///< of the same resolution and levels in all layers
+  std::vector<Eigen::Vector2d> points_scan;
+  int weight = 1;
+};
+
 /// The best pose in the window whose score exceeds `min_score`, over all shifts by whole cells and
 /// all turns by steps that move the farthest point by one cell: exact on that lattice.
-/// [Olson2009], branch and bound [Hess2016]. nullopt when nothing does.
+/// [Olson2009], branch and bound [Hess2016]. nullopt when nothing does. At most 30,000 points.
+std::optional<CorrelativeMatch> search_correlative(const std::vector<SearchLayer>& layers,
+                                                   const PlanarPose& start,
+                                                   const SearchWindow& window, double min_score);
+
+/// One layer.
 std::optional<CorrelativeMatch> search_correlative(const LikelihoodGrid& grid,
                                                    const std::vector<Eigen::Vector2d>& points_scan,
                                                    const PlanarPose& start,

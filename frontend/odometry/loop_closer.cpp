@@ -3,6 +3,9 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
+
+#include <lamina/frontend/odometry/look_alikes.hpp>
 
 namespace lamina {
 namespace {
@@ -137,10 +140,11 @@ std::vector<LoopCloser::Candidate> LoopCloser::candidates(int submap) const {
     const Eigen::Matrix3d& C = covariances[k];
     const double sigma = std::sqrt(std::max(C(0, 0), C(1, 1)));
     if (distance > options_.overlap_distance + options_.gate_sigmas * sigma) continue;
-    all.push_back({olds[k], graph_.pose(olds[k]).inverse() * graph_.pose(submap), C, distance});
+    all.push_back({olds[k], graph_.pose(olds[k]).inverse() * graph_.pose(submap), C,
+                   distance + options_.gate_sigmas * sigma});
   }
   std::stable_sort(all.begin(), all.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.distance < b.distance; });
+                   [](const Candidate& a, const Candidate& b) { return a.farthest < b.farthest; });
   // Neighbours along the way are one candidate.
   std::vector<Candidate> kept;
   for (const Candidate& c : all) {
@@ -204,7 +208,9 @@ std::optional<PlanarEdge> LoopCloser::match(const Candidate& candidate, int subm
   ++counts_.found;
   window.exclude = best->T_map_scan;
   if (search_correlative(old.grid, points, candidate.T_old_new, window,
-                         options_.max_ambiguity * best->score)) {
+                         options_.max_ambiguity * best->score) &&
+      look_alike_elsewhere(old.points.points(), old.fans, q.points, candidate.T_old_new, window,
+                           options_.max_ambiguity)) {
     ++counts_.ambiguous;
     return std::nullopt;
   }

@@ -108,7 +108,7 @@ class LoopCloser {
     int submap;
     PlanarPose T_old_new;
     Eigen::Matrix3d covariance;
-    double distance;
+    double farthest;  ///< m that their centres may lie apart: of equal distance, the surer
   };
   struct OldMap {
     int submap = -1;

@@ -71,6 +71,7 @@ struct Result {
 /// what each motion's heading (rad) and way (m) are said to be off by, 1-sigma.
 struct Accident {
   double way = 0, turn = 0, sigma_turn = 0.006, sigma_way = 0.004;
+  int beams = 181;  ///< of the scanner, over half a circle
 };
 
 /// Drives `metres` of `way`; the motion given to the closer turns by `bend` rad/m too much, and a
@@ -79,7 +80,7 @@ template <typename Way>
 Result drive(const std::vector<Wall>& walls, Way way, double metres, double bend,
              const LoopCloserOptions& options = {}, double strays = 0, Accident accident = {}) {
   Scanner scanner;
-  scanner.beams = 181;
+  scanner.beams = accident.beams;
   scanner.fov = M_PI;
   LoopCloser closer(options);
   Result r;
@@ -211,6 +212,59 @@ TEST(LoopCloser, FindsNoneInABareCorridor) {
   const Result r = drive(testing::corridor(), way, 36, 0.0005);
   EXPECT_TRUE(r.loops.empty());
   EXPECT_GT(r.counts.submaps, 8);
+}
+
+/// Walls 2.4 m apart with pillars of 40 by 25 cm before them, on either side in turn.
+std::vector<Wall> pillars(const std::vector<double>& at) {
+  std::vector<Wall> walls{{{-8, -1.2}, {60, -1.2}}, {{-8, 1.2}, {60, 1.2}}};
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    const double x = at[i], wall = i % 2 ? -1.2 : 1.2, face = i % 2 ? -0.95 : 0.95;
+    walls.push_back({{x, wall}, {x, face}});
+    walls.push_back({{x, face}, {x + 0.4, face}});
+    walls.push_back({{x + 0.4, face}, {x + 0.4, wall}});
+  }
+  return walls;
+}
+
+/// 40 m out and back, and again.
+SE3 up_and_down(double s) {
+  s = std::fmod(s, 80);
+  return s < 40 ? SE3::planar(s, 0, 0) : SE3::planar(80 - s, 0.1, M_PI);
+}
+
+// Walls fit wherever along them; where wheels leave more than a pillar's distance open, it is the
+// faces across that tell places apart, few as they are.
+TEST(LoopCloser, FacesAcrossACorridorTellItsPlaces) {
+  const auto walls = pillars({-4.1, 1.3, 4.6, 11, 14.2, 20.9, 24.1, 29.5, 36, 39.4, 45.2, 49, 56});
+  const Result r =
+      drive(walls, up_and_down, 110, 0, {}, 0,
+            {.way = 1e9, .turn = 0, .sigma_turn = 0.0005, .sigma_way = 0.06, .beams = 361});
+  const auto late = std::count_if(r.loops.begin(), r.loops.end(), [](const LoopClosure& l) {
+    return l.to.seconds() - l.from.seconds() > 300;  // 45 m and more of way between
+  });
+  EXPECT_GE(late, 7);
+  for (const LoopClosure& l : r.loops) {
+    const auto from = static_cast<std::size_t>(l.from.seconds() + 0.5);
+    const auto to = static_cast<std::size_t>(l.to.seconds() + 0.5);
+    const SE3 d = (r.truth[from].inverse() * r.truth[to]).inverse() * l.T_from_to;
+    EXPECT_LT(d.translation().norm(), 0.1);
+  }
+}
+
+// Where they are alike, those a pitch away are not believed.
+TEST(LoopCloser, EqualPillarsTellNoPlace) {
+  std::vector<double> at;
+  for (int i = -2; i < 17; ++i) at.push_back(3.5 * i);
+  const Result r =
+      drive(pillars(at), up_and_down, 90, 0, {}, 0,
+            {.way = 20, .turn = 0, .sigma_turn = 0.0005, .sigma_way = 0.1, .beams = 361});
+  EXPECT_GT(r.counts.ambiguous, 10);
+  for (const LoopClosure& l : r.loops) {
+    const auto from = static_cast<std::size_t>(l.from.seconds() + 0.5);
+    const auto to = static_cast<std::size_t>(l.to.seconds() + 0.5);
+    const SE3 d = (r.truth[from].inverse() * r.truth[to]).inverse() * l.T_from_to;
+    EXPECT_LT(d.translation().norm(), 0.1);
+  }
 }
 
 TEST(LoopCloser, NothingInNothingOut) {
