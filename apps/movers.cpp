@@ -58,6 +58,8 @@ void Movers::tell(const Look& look) {
 bool Movers::beside(const Look& look, const Eigen::Vector3d& p) const {
   if (look.gone < kFewest) return false;  // as most looks are, where nobody walks
   const std::int64_t i = index(p.x()), j = index(p.y());
+  const auto [answer, is_new] = look.beside.try_emplace({i, j}, false);
+  if (!is_new) return answer->second;
   Count sum;
   for (std::int64_t a = i - kReach; a <= i + kReach; ++a) {
     for (auto cell = look.cells.lower_bound({a, j - kReach});
@@ -68,7 +70,8 @@ bool Movers::beside(const Look& look, const Eigen::Vector3d& p) const {
       sum.stood += cell->second.stood;
     }
   }
-  return sum.gone >= kFewest && kShare * sum.gone >= sum.gone + sum.stood;
+  answer->second = sum.gone >= kFewest && kShare * sum.gone >= sum.gone + sum.stood;
+  return answer->second;
 }
 
 }  // namespace lamina::apps

@@ -36,8 +36,9 @@ class Movers {
   struct Look {
     Timestamp stamp;
     std::map<Cell, Count> cells;
-    int gone = 0;                // in all of them
-    std::vector<MetPlace> open;  // not free again, to be told
+    int gone = 0;                         // in all of them
+    std::vector<MetPlace> open;           // not free again, to be told
+    mutable std::map<Cell, bool> beside;  // what was asked of it: many places stand in one cell
   };
   void tell(const Look& look);
   bool beside(const Look& look, const Eigen::Vector3d& at_map) const;

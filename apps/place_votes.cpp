@@ -13,7 +13,7 @@ constexpr double kPassing = 1e9;  // ns
 
 }  // namespace
 
-void PlaceColumn::meet(Timestamp stamp, const std::vector<PlaceSight>& sights) {
+void PlaceColumn::meet(Timestamp stamp, std::span<const PlaceSight> sights) {
   const std::int64_t ns = stamp.nanoseconds();
   for (std::size_t k = 0; k < places_.size(); ++k) {
     Place& place = places_[k];
@@ -34,7 +34,7 @@ void PlaceColumn::meet(Timestamp stamp, const std::vector<PlaceSight>& sights) {
   }
 }
 
-void PlaceColumn::pass(Timestamp stamp, const std::vector<PlaceSight>& sights, double pixel) {
+void PlaceColumn::pass(Timestamp stamp, std::span<const PlaceSight> sights, double pixel) {
   const std::int64_t ns = stamp.nanoseconds();
   for (std::size_t k = 0; k < places_.size(); ++k) {
     Place& place = places_[k];

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -34,9 +35,9 @@ class PlaceColumn {
   const Eigen::Vector3d& at_map(std::size_t k) const { return places_[k].p_map; }
 
   /// `sights`: of all places.
-  void meet(Timestamp stamp, const std::vector<PlaceSight>& sights);
+  void meet(Timestamp stamp, std::span<const PlaceSight> sights);
   /// `pixel`: what one spans, m per m of depth.
-  void pass(Timestamp stamp, const std::vector<PlaceSight>& sights, double pixel);
+  void pass(Timestamp stamp, std::span<const PlaceSight> sights, double pixel);
 
   /// Of a large wall: what others met of it tells whether a look is laid where it was made.
   bool wall = false;

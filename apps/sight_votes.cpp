@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <span>
 #include <utility>
 
 #include <lamina/apps/ground_hits.hpp>
@@ -106,15 +107,21 @@ class LoosePoints {
   std::map<Key, Seat> seats_;
 };
 
-// What a look says of the places of a column.
+// What a look says of the places of a column: those of Seen from `first` on.
 struct ColumnSight {
   PlaceColumn* column = nullptr;
-  std::vector<PlaceSight> places;
+  std::size_t first = 0;
 };
+// Columns of which it says something.
 struct Seen {
   Timestamp stamp;
   double pixel = 0;  // m per m of depth
   std::vector<ColumnSight> columns;
+  std::vector<PlaceSight> places;
+
+  std::span<const PlaceSight> of(const ColumnSight& sight) const {
+    return {places.data() + sight.first, sight.column->size()};
+  }
 };
 
 // Asks every look, and every scan that is no look made flat, of the places in its reach.
@@ -164,15 +171,26 @@ class Lookers {
     const auto T_map_body = path_.at(stamp);
     if (!T_map_body) return;
     const SE3 T_map_sensor = *T_map_body * T_body_sensor, T_sensor_map = T_map_sensor.inverse();
-    Seen seen{stamp, pixel, {}};
+    Seen& seen = seen_;
+    seen.stamp = stamp;
+    seen.pixel = pixel;
+    seen.columns.clear();
+    seen.places.clear();
     columns.for_each_near(T_map_sensor.translation(), reach, [&](PlaceColumn& column) {
       const Eigen::Vector3d first = column.at_map(0), last = column.at_map(column.size() - 1);
       const double radius = 0.5 * (last - first).norm() + kRadius;
       if (!in_view(T_sensor_map * Eigen::Vector3d(0.5 * (first + last)), radius)) return;
-      ColumnSight& sight = seen.columns.emplace_back();
-      sight.column = &column;
-      for (std::size_t k = 0; k < column.size(); ++k)
-        sight.places.push_back(sight_of_place(T_sensor_map * column.at_map(k)));
+      const std::size_t begin = seen.places.size();
+      bool any = false;
+      for (std::size_t k = 0; k < column.size(); ++k) {
+        seen.places.push_back(sight_of_place(T_sensor_map * column.at_map(k)));
+        any = any || seen.places.back().sight != Sight::kUnknown;
+      }
+      if (any) {
+        seen.columns.push_back({&column, begin});
+      } else {
+        seen.places.resize(begin);
+      }
     });
     take(seen);
   }
@@ -180,6 +198,7 @@ class Lookers {
   const io::Spool& looks_;
   const SightVotes::ForEachScan& scans_;
   const Trajectory& path_;
+  mutable Seen seen_;  // its memory, from look to look
 };
 
 // Laid where it was made: of the large walls in its view, as others met them, it went past less
@@ -188,10 +207,11 @@ bool laid_right(const Seen& seen) {
   std::size_t met = 0, past = 0;
   for (const ColumnSight& sight : seen.columns) {
     if (!sight.column->wall) continue;
-    for (std::size_t k = 0; k < sight.places.size(); ++k) {
+    const auto places = seen.of(sight);
+    for (std::size_t k = 0; k < places.size(); ++k) {
       if (!sight.column->met(k)) continue;
-      met += sight.places[k].sight == Sight::kMet;
-      past += sight.places[k].sight == Sight::kPast;
+      met += places[k].sight == Sight::kMet;
+      past += places[k].sight == Sight::kPast;
     }
   }
   return kTrust * past <= met + past;
@@ -200,20 +220,21 @@ bool laid_right(const Seen& seen) {
 // Asks all looks who met what, who went past, and what was met beside what had gone.
 void ask_all(const Lookers& lookers, PlaceColumns& columns) {
   lookers.ask(columns, [](const Seen& seen) {
-    for (const ColumnSight& sight : seen.columns) sight.column->meet(seen.stamp, sight.places);
+    for (const ColumnSight& sight : seen.columns) sight.column->meet(seen.stamp, seen.of(sight));
   });
   lookers.ask(columns, [](const Seen& seen) {
     if (!laid_right(seen)) return;
     for (const ColumnSight& sight : seen.columns)
-      sight.column->pass(seen.stamp, sight.places, seen.pixel);
+      sight.column->pass(seen.stamp, seen.of(sight), seen.pixel);
   });
   Movers movers;
   std::vector<MetPlace> met;
   lookers.ask(columns, [&](const Seen& seen) {
     met.clear();
-    for (const auto& [column, places] : seen.columns) {
+    for (const ColumnSight& sight : seen.columns) {
+      const auto places = seen.of(sight);
       for (std::size_t k = 0; k < places.size(); ++k) {
-        if (places[k].sight == Sight::kMet) met.push_back({column, k});
+        if (places[k].sight == Sight::kMet) met.push_back({sight.column, k});
       }
     }
     movers.add(seen.stamp, met);

@@ -10,6 +10,7 @@
 #include <lamina/backend/mounting_doubt.hpp>
 #include <lamina/backend/outline_sharing.hpp>
 #include <lamina/backend/plane_creases.hpp>
+#include <lamina/backend/plane_ghosts.hpp>
 #include <lamina/backend/plane_parts.hpp>
 #include <lamina/models/linalg.hpp>
 
@@ -245,9 +246,10 @@ PlanarMap Mapper::map() const {
   std::erase_if(map.planes, [](const MapPlane& plane) { return plane.outlines_map.empty(); });
   label_planes(map.planes, map.trajectory, options_.labels);
   drop_strokes_on_ground(map.planes);
-  const std::set<PlaneId> crease = creases(graph_, outlines_);
-  std::erase_if(map.planes, [&crease](const MapPlane& plane) {
-    return crease.count(static_cast<PlaneId>(plane.id)) > 0;
+  std::set<PlaneId> none = creases(graph_, outlines_);
+  none.merge(ghosts(graph_, outlines_));
+  std::erase_if(map.planes, [&none](const MapPlane& plane) {
+    return none.count(static_cast<PlaneId>(plane.id)) > 0;
   });
   part_walls(map.planes);
   for (MapPlane& plane : map.planes) {

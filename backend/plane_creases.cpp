@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <lamina/backend/plane_index.hpp>
-#include <lamina/models/polygon.hpp>
+#include <lamina/backend/seen_plane.hpp>
 
 namespace lamina {
 namespace {
@@ -22,50 +21,6 @@ constexpr double kSpacing = 0.05;  // m
 
 using Outlines = std::map<PlaneId, std::vector<OutlinePiece>>;
 
-std::set<KeyframeId> keyframes_of(const Graph& graph, const std::vector<OutlinePiece>& pieces) {
-  std::set<KeyframeId> all;
-  for (const auto& piece : pieces) {
-    if (graph.find(piece.keyframe)) all.insert(piece.keyframe);
-  }
-  return all;
-}
-
-bool has_area(const OutlinePiece& piece) { return piece.points_body.size() > 2; }
-
-// What keyframes saw of a plane, in the plane.
-class Views {
- public:
-  Views(const Graph& graph, const PlaneLandmark& plane, const std::vector<OutlinePiece>& pieces)
-      : plane_(&plane), T_outline_map_(plane.T_map_outline.inverse()) {
-    for (const auto& piece : pieces) {
-      const Keyframe* keyframe = graph.find(piece.keyframe);
-      if (!keyframe || !has_area(piece)) continue;
-      std::vector<Eigen::Vector2d> flat;
-      const SE3 T = T_outline_map_ * keyframe->T_map_body;
-      for (const auto& p : piece.points_body) flat.push_back((T * p).head<2>());
-      if (auto polygon = Polygon::from_vertices(std::move(flat))) {
-        outlines_.emplace_back(piece.keyframe, std::move(*polygon));
-      }
-    }
-  }
-  // Whether at least `n` keyframes saw the plane at a point near it.
-  bool seen(const Eigen::Vector3d& p_map, std::size_t n) const {
-    if (std::abs(plane_->plane_map().signed_distance(p_map)) > kNear) return false;
-    const Eigen::Vector2d p = (T_outline_map_ * p_map).head<2>();
-    std::set<KeyframeId> there;
-    for (const auto& [id, outline] : outlines_) {
-      if (outline.signed_distance(p) <= kBeside) there.insert(id);
-      if (there.size() >= n) return true;
-    }
-    return false;
-  }
-
- private:
-  const PlaneLandmark* plane_;
-  SE3 T_outline_map_;
-  std::vector<std::pair<KeyframeId, Polygon>> outlines_;
-};
-
 bool is_crease(const Graph& graph, const Outlines& outlines, const PlaneLandmark& plane,
                const std::vector<Eigen::Vector3d>& points, std::size_t views) {
   std::vector<bool> explained(points.size(), false);
@@ -78,9 +33,10 @@ bool is_crease(const Graph& graph, const Outlines& outlines, const PlaneLandmark
     });
     const auto& pieces = outlines.at(other.id);
     if (!close || keyframes_of(graph, pieces).size() < kTimes * views) continue;
-    const Views seen(graph, other, pieces);
+    const SeenPlane seen(graph, other, pieces);
     for (std::size_t i = 0; i < points.size(); ++i) {
-      if (!explained[i]) explained[i] = seen.seen(points[i], kTimes * views);
+      if (!explained[i] && std::abs(there.signed_distance(points[i])) <= kNear)
+        explained[i] = seen.seen(points[i], kTimes * views, kBeside);
     }
   }
   const auto n = std::count(explained.begin(), explained.end(), true);
@@ -98,14 +54,7 @@ std::set<PlaneId> creases(const Graph& graph, const Outlines& outlines) {
     if (slope < kLevel || slope > kUpright) continue;
     const std::size_t views = keyframes_of(graph, pieces->second).size();
     if (views > kFew) continue;
-    std::vector<Eigen::Vector3d> points;
-    for (const auto& piece : pieces->second) {
-      const Keyframe* keyframe = graph.find(piece.keyframe);
-      if (!keyframe || !has_area(piece)) continue;
-      for (const auto& p : sample_outline(piece.points_body, kSpacing)) {
-        points.push_back(keyframe->T_map_body * p);
-      }
-    }
+    const auto points = seen_points(graph, pieces->second, kSpacing);
     if (!points.empty() && is_crease(graph, outlines, plane, points, views)) {
       found.insert(plane.id);
     }
