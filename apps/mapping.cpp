@@ -167,7 +167,7 @@ Mapper map_online(Run& run) {
   LoopBook book;
   OnlineUpkeep upkeep;
   MountingDoubt doubt(run.settings);
-  constexpr int kTrimEvery = 50;
+  constexpr int kTrimEvery = 20;
   int keyframes = 0;
   mapper.keep_frames_in(output.folder());
   for_each_step(run, [&](JournalEntry&& entry) {
