@@ -2,6 +2,7 @@
 #include <lamina/frontend/odometry/planar_pose_graph.hpp>
 
 #include <Eigen/SparseCholesky>
+#include <algorithm>
 
 namespace lamina {
 namespace {
@@ -14,10 +15,71 @@ Eigen::Vector3d residual(const PlanarEdge& e, const PlanarPose& from, const Plan
   return {d.x, d.y, d.yaw};
 }
 
+using Cholesky = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>;
+
+// Every pose's own covariance: the inverse where the factor has entries, column by column from the
+// last, Z_ij = [i = j] / d_j - sum_k>j Z_ik L_kj [Takahashi1973]. As cheap as the factorisation.
+class PoseCovariances {
+ public:
+  explicit PoseCovariances(const Cholesky& cholesky)
+      : place_(cholesky.permutationP().indices()), L_(cholesky.matrixL().nestedExpression()) {
+    const Eigen::VectorXd D = cholesky.vectorD();
+    L_.prune([](auto row, auto column, double) { return row > column; });
+    Z_ = L_;
+    diagonal_ = Eigen::VectorXd::Zero(D.size());
+    Eigen::VectorXd l = Eigen::VectorXd::Zero(D.size());            // column j of L,
+    Eigen::VectorXd z = Eigen::VectorXd::Zero(D.size());            // and of Z, below the diagonal
+    std::vector<char> held(static_cast<std::size_t>(D.size()), 0);  // rows that it has
+    for (int j = static_cast<int>(D.size()) - 1; j >= 0; --j) {
+      for (Iterator it(L_, j); it; ++it) {
+        l[it.row()] = it.value();
+        held[static_cast<std::size_t>(it.row())] = 1;
+      }
+      for (Iterator it(L_, j); it; ++it) {
+        const auto k = it.row();
+        z[k] -= diagonal_[k] * l[k];
+        for (Iterator below(Z_, k); below; ++below) {
+          const auto i = below.row();
+          if (!held[static_cast<std::size_t>(i)]) continue;
+          z[i] -= below.value() * l[k];
+          z[k] -= below.value() * l[i];
+        }
+      }
+      diagonal_[j] = 1 / D[j];
+      for (Iterator it(Z_, j); it; ++it) {
+        const auto i = it.row();
+        it.valueRef() = z[i];
+        diagonal_[j] -= z[i] * l[i];
+        z[i] = l[i] = 0;
+        held[static_cast<std::size_t>(i)] = 0;
+      }
+    }
+  }
+
+  /// Zero for node 0, which is fixed.
+  Eigen::Matrix3d of(int node) const {
+    Eigen::Matrix3d C = Eigen::Matrix3d::Zero();
+    if (node == 0) return C;
+    for (int a = 0; a < 3; ++a) {
+      for (int b = a; b < 3; ++b) {
+        const int i = place_[3 * (node - 1) + a], j = place_[3 * (node - 1) + b];
+        C(a, b) = C(b, a) = i == j ? diagonal_[i] : Z_.coeff(std::max(i, j), std::min(i, j));
+      }
+    }
+    return C;
+  }
+
+ private:
+  using Iterator = Eigen::SparseMatrix<double>::InnerIterator;
+  Eigen::VectorXi place_;  // of each unknown in the factor
+  Eigen::SparseMatrix<double> L_, Z_;
+  Eigen::VectorXd diagonal_;  // of Z
+};
+
 }  // namespace
 
 struct PlanarPoseGraph::Solver {
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> cholesky;
+  Cholesky cholesky;
 };
 
 PlanarPoseGraph::PlanarPoseGraph() : solver_(std::make_unique<Solver>()) {}
@@ -88,20 +150,17 @@ std::vector<Eigen::Matrix3d> PlanarPoseGraph::relative_covariances(const std::ve
   std::vector<Eigen::Matrix3d> result(from.size(), Eigen::Matrix3d::Zero());
   if (poses_.size() < 2 || !factorise(nullptr)) return result;
   const Eigen::Index n = 3 * (static_cast<Eigen::Index>(poses_.size()) - 1);
-  const auto columns = [&](int node) -> Eigen::MatrixXd {
-    Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(n, 3);
-    if (node > 0) unit.middleRows<3>(3 * (node - 1)).setIdentity();
-    return solver_->cholesky.solve(unit);
-  };
   const auto rows = [](const Eigen::MatrixXd& m, int node) -> Eigen::Matrix3d {
     return node > 0 ? Eigen::Matrix3d(m.middleRows<3>(3 * (node - 1))) : Eigen::Matrix3d::Zero();
   };
-  const Eigen::MatrixXd to_columns = columns(to);
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(n, 3);
+  if (to > 0) unit.middleRows<3>(3 * (to - 1)).setIdentity();
+  const Eigen::MatrixXd to_columns = solver_->cholesky.solve(unit);
+  const PoseCovariances own(solver_->cholesky);
   for (std::size_t k = 0; k < from.size(); ++k) {
-    const Eigen::MatrixXd from_columns = columns(from[k]);
     const Eigen::Matrix3d J = -(pose(to).inverse() * pose(from[k])).adjoint();
     const Eigen::Matrix3d cross = rows(to_columns, from[k]);
-    result[k] = J * rows(from_columns, from[k]) * J.transpose() + J * cross +
+    result[k] = J * own.of(from[k]) * J.transpose() + J * cross +
                 cross.transpose() * J.transpose() + rows(to_columns, to);
   }
   return result;

@@ -1,6 +1,8 @@
 // The small pose graph against closed forms.
 #include <gmock/gmock.h>
 
+#include <Eigen/LU>
+
 #include <lamina/frontend/odometry/planar_pose_graph.hpp>
 
 namespace lamina {
@@ -63,6 +65,45 @@ TEST(PlanarPoseGraph, RelativeCovarianceOfAChainIsTheSumCarriedOver) {
   EXPECT_LT((C[1] - sum).norm(), 1e-9);
   EXPECT_LT((C[2] - Q).norm(), 1e-9);
   EXPECT_LT((C[0] - (Ad * sum * Ad.transpose() + Q)).norm(), 1e-9);
+}
+
+// Against the dense inverse, in a graph with loops across.
+TEST(PlanarPoseGraph, RelativeCovariancesAreThoseOfTheDenseInverse) {
+  constexpr int kNodes = 30;
+  PlanarPoseGraph graph;
+  std::vector<PlanarPose> poses;
+  for (int i = 0; i < kNodes; ++i) {
+    poses.push_back(i == 0 ? PlanarPose{} : poses.back() * PlanarPose{0.9, 0.1, 0.25});
+    graph.add_node(poses.back());
+  }
+  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(3 * kNodes, 3 * kNodes);
+  const auto add = [&](int a, int b, double information) {
+    const PlanarPose T =
+        poses[static_cast<std::size_t>(a)].inverse() * poses[static_cast<std::size_t>(b)];
+    graph.add_edge(edge(a, b, T, information));
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, 3 * kNodes);
+    J.middleCols<3>(3 * a) = -T.inverse().adjoint();
+    J.middleCols<3>(3 * b).setIdentity();
+    H += information * J.transpose() * J;
+  };
+  for (int i = 0; i + 1 < kNodes; ++i) add(i, i + 1, 100 + i);
+  for (const auto& [a, b] : {std::pair{0, 25}, {3, 27}, {7, 19}, {12, 29}, {2, 14}}) add(a, b, 40);
+  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(3 * kNodes, 3 * kNodes);
+  C.bottomRightCorner(3 * kNodes - 3, 3 * kNodes - 3) =
+      H.bottomRightCorner(3 * kNodes - 3, 3 * kNodes - 3).inverse();
+  const std::vector<int> from{0, 1, 5, 13, 28};
+  for (const int to : {29, 17, 0}) {
+    const auto found = graph.relative_covariances(from, to);
+    for (std::size_t k = 0; k < from.size(); ++k) {
+      const PlanarPose T =
+          poses[static_cast<std::size_t>(to)].inverse() * poses[static_cast<std::size_t>(from[k])];
+      Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, 3 * kNodes);
+      J.middleCols<3>(3 * from[k]) -= T.adjoint();
+      J.middleCols<3>(3 * to) += Eigen::Matrix3d::Identity();
+      const Eigen::Matrix3d expected = J * C * J.transpose();
+      EXPECT_LT((found[k] - expected).norm(), 1e-9 * std::max(1.0, expected.norm()));
+    }
+  }
 }
 
 }  // namespace
