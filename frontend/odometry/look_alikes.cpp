@@ -4,6 +4,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include <lamina/frontend/odometry/point_samples.hpp>
 
 namespace lamina {
 namespace {
@@ -22,12 +25,6 @@ Eigen::Vector2d rare_direction(const std::vector<OrientedPoint>& points) {
   Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
   for (const OrientedPoint& p : points) sum += p.normal * p.normal.transpose();
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(sum).eigenvectors().col(0);
-}
-
-std::vector<Eigen::Vector2d> positions(const std::vector<OrientedPoint>& points) {
-  std::vector<Eigen::Vector2d> result;
-  for (const OrientedPoint& p : points) result.push_back(p.point);
-  return result;
 }
 
 // Of the points that the map's scans show at a place, how many they show at least at another, as
@@ -63,8 +60,7 @@ bool look_alike_elsewhere(const std::vector<OrientedPoint>& map, const std::vect
     if (p.oriented()) (std::abs(p.normal.dot(axis)) > kAcross ? across : along).push_back(p);
   }
   across = thinned(across, kResolution);
-  for (double cell = kResolution; along.size() > kEnough && cell < 3; cell *= 1.4)
-    along = thinned(along, cell);
+  along = sample(std::move(along), kEnough);
   if (across.size() < kFewest || along.empty()) return true;
   ratio *= least_shown(fans, along, start, window, axis_map);
   if (!(ratio > 0)) return true;

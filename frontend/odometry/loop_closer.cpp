@@ -6,25 +6,10 @@
 #include <cmath>
 
 #include <lamina/frontend/odometry/look_alikes.hpp>
+#include <lamina/frontend/odometry/point_samples.hpp>
 
 namespace lamina {
 namespace {
-
-std::vector<Eigen::Vector2d> positions(const std::vector<OrientedPoint>& points) {
-  std::vector<Eigen::Vector2d> result;
-  result.reserve(points.size());
-  for (const OrientedPoint& p : points) result.push_back(p.point);
-  return result;
-}
-
-/// About `count` of the points, evenly spread.
-std::vector<Eigen::Vector2d> sample(const std::vector<OrientedPoint>& points, int count) {
-  std::vector<OrientedPoint> kept = points;
-  for (double cell = 0.1; static_cast<int>(kept.size()) > count && cell < 3; cell *= 1.4) {
-    kept = thinned(kept, cell);
-  }
-  return positions(kept);
-}
 
 Eigen::Vector3d difference(const PlanarPose& from, const PlanarPose& to) {
   const PlanarPose d = from.inverse() * to;
@@ -201,7 +186,8 @@ std::optional<PlanarEdge> LoopCloser::match(const Candidate& candidate, int subm
                                   options_.min_window, options_.max_window);
   window.rotation = std::clamp(options_.gate_sigmas * std::sqrt(C(2, 2)), options_.min_window_yaw,
                                options_.max_window_yaw);
-  const auto points = sample(q.points, options_.search_points);
+  const auto points =
+      positions(sample(q.points, static_cast<std::size_t>(std::max(0, options_.search_points))));
   const auto best =
       search_correlative(old.grid, points, candidate.T_old_new, window, options_.min_score);
   if (!best) return std::nullopt;
