@@ -25,7 +25,7 @@ PlaneNeighbourhood::PlaneNeighbourhood(const Graph& graph,
     const PlaneLandmark& plane = graph.at(f.plane);
     if (f.weight < 0.5 || !plane.active) continue;
     const SE3& T = graph.at(f.keyframe).T_map_body;
-    SeenPlane& seen = seen_[f.plane];
+    BelievedViews& seen = seen_[f.plane];
     seen.anchor.merge(f.moments_body.transformed(SE3(T.so3(), T.translation() - plane.anchor_map)));
     ++seen.views;
   }
@@ -82,7 +82,7 @@ std::vector<PlaneId> PlaneNeighbourhood::around(PlaneId a) const {
 }
 
 void PlaneNeighbourhood::join(PlaneId from, PlaneId into) {
-  SeenPlane& kept = seen_.at(into);
+  BelievedViews& kept = seen_.at(into);
   const Eigen::Vector3d shift = graph_.at(from).anchor_map - graph_.at(into).anchor_map;
   kept.anchor.merge(seen_.at(from).anchor.transformed(SE3::from_translation(shift)));
   kept.views += seen_.at(from).views;

@@ -13,7 +13,7 @@
 namespace lamina {
 
 /// What the graph believes of a plane: where its evidence is and how much.
-struct SeenPlane {
+struct BelievedViews {
   Moments anchor;  ///< map axes about the plane's anchor
   int views = 0;
 };
@@ -31,7 +31,7 @@ class PlaneNeighbourhood {
   /// What lies between the two is no wider than what is seen of either that way (piece_gap.hpp),
   /// nor than the gap.
   bool beside(PlaneId a, PlaneId b) const;
-  const SeenPlane& seen(PlaneId id) const { return seen_.at(id); }
+  const BelievedViews& seen(PlaneId id) const { return seen_.at(id); }
   std::vector<PlaneId> smallest_first() const;
   /// Other planes near it that are still there.
   std::vector<PlaneId> around(PlaneId a) const;
@@ -45,7 +45,7 @@ class PlaneNeighbourhood {
  private:
   const Graph& graph_;
   double gap_;
-  std::map<PlaneId, SeenPlane> seen_;
+  std::map<PlaneId, BelievedViews> seen_;
   std::set<PlaneId> gone_, lines_;
   std::map<PlaneId, std::vector<PlaneId>> members_;
   std::map<PlaneId, std::vector<Eigen::Vector3d>> samples_;

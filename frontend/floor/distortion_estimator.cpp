@@ -47,13 +47,13 @@ Eigen::MatrixX3d rays(const Eigen::MatrixXd& xyd, const CameraModel& camera, int
 }
 
 // Least squares of disparities over rays, and the same of the bend's basis.
-SeenPlane seen_plane(const Eigen::MatrixX3d& rays, const Eigen::VectorXd& d,
-                     const Eigen::MatrixXd& basis) {
+ImagePlane seen_plane(const Eigen::MatrixX3d& rays, const Eigen::VectorXd& d,
+                      const Eigen::MatrixXd& basis) {
   // What no smooth bend explains, px, and blocks that it makes err apart.
   constexpr double kLeft = 0.05, kApart = 12;
   const Eigen::Matrix3d N = rays.transpose() * rays;
   const auto inverse = N.ldlt();
-  SeenPlane plane;
+  ImagePlane plane;
   plane.q = inverse.solve(rays.transpose() * d);
   plane.by_bend = inverse.solve(rays.transpose() * basis);
   plane.covariance = kLeft * kLeft * std::max(1.0, static_cast<double>(rays.rows()) / kApart) *
@@ -123,7 +123,7 @@ void DistortionEstimator::add(const FloorResult& floor, const DisparityImage& di
       ++m.n;
     }
   }
-  std::vector<SeenPlane> seen;
+  std::vector<ImagePlane> seen;
   for (const std::vector<Mean>& blocks : planes) {
     std::vector<Eigen::Vector3d> means;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
@@ -140,9 +140,9 @@ void DistortionEstimator::add(const FloorResult& floor, const DisparityImage& di
 
 // With Q an orthonormal basis of all planes over the blocks, the part of disparities and bends that
 // no plane explains is (I - Q Q^T) times them.
-std::optional<SeenPlane> DistortionEstimator::add_plane(const std::vector<Eigen::Vector3d>& means,
-                                                        const CameraModel& camera,
-                                                        Half& half) const {
+std::optional<ImagePlane> DistortionEstimator::add_plane(const std::vector<Eigen::Vector3d>& means,
+                                                         const CameraModel& camera,
+                                                         Half& half) const {
   constexpr std::size_t kFewest = 12;           // blocks
   constexpr Eigen::Index kFewestOfAngles = 20;  // small planes lean with anything
   if (means.size() < kFewest) return std::nullopt;

@@ -51,8 +51,8 @@ class DistortionEstimator {
   };
   /// Block means (x, y, disparity): x and y from -1 to 1 over the image. nullopt: too few of them
   /// for the plane's angles.
-  std::optional<SeenPlane> add_plane(const std::vector<Eigen::Vector3d>& means,
-                                     const CameraModel& camera, Half& half) const;
+  std::optional<ImagePlane> add_plane(const std::vector<Eigen::Vector3d>& means,
+                                      const CameraModel& camera, Half& half) const;
   int degree_by_planes() const;
   std::optional<Eigen::VectorXd> with_angles(const Half& all, int terms) const;
   DepthDistortion distortion_of(const Eigen::VectorXd& coefficients) const;

@@ -41,15 +41,15 @@ struct Straight {
   Eigen::Matrix3d by_q;
 };
 
-Straight straighten(const SeenPlane& plane, const Eigen::VectorXd& coefficients) {
+Straight straighten(const ImagePlane& plane, const Eigen::VectorXd& coefficients) {
   const Eigen::Vector3d q = plane.q - plane.by_bend.leftCols(coefficients.size()) * coefficients;
   const double length = q.norm();
   const Eigen::Vector3d n = q / length;
   return {n, (Eigen::Matrix3d::Identity() - n * n.transpose()) / length};
 }
 
-void add_angle(Angles& angles, double value, const SeenPlane& a, const Eigen::RowVector3d& by_qa,
-               const SeenPlane& b, const Eigen::RowVector3d& by_qb, Eigen::Index terms) {
+void add_angle(Angles& angles, double value, const ImagePlane& a, const Eigen::RowVector3d& by_qa,
+               const ImagePlane& b, const Eigen::RowVector3d& by_qb, Eigen::Index terms) {
   const auto k = static_cast<std::size_t>(angles.count++);
   angles.value[k] = value;
   angles.variance[k] = kBuilt * kBuilt + by_qa * a.covariance * by_qa.transpose() +
@@ -58,7 +58,7 @@ void add_angle(Angles& angles, double value, const SeenPlane& a, const Eigen::Ro
 }
 
 // Square: n_a . n_b; parallel: n_a less n_b along two tangents, whichever way each looks.
-Angles angles_between(const SeenPlane& a, const SeenPlane& b, const Eigen::VectorXd& c) {
+Angles angles_between(const ImagePlane& a, const ImagePlane& b, const Eigen::VectorXd& c) {
   const Straight sa = straighten(a, c), sb = straighten(b, c);
   const double dot = sa.n.dot(sb.n);
   Angles angles;
@@ -85,7 +85,7 @@ Angles angles_between(const SeenPlane& a, const SeenPlane& b, const Eigen::Vecto
 
 }  // namespace
 
-void PlaneAngles::add(std::vector<SeenPlane> image) { images_.push_back(std::move(image)); }
+void PlaneAngles::add(std::vector<ImagePlane> image) { images_.push_back(std::move(image)); }
 
 double PlaneAngles::share() const {
   return std::min(1.0, kImages / static_cast<double>(std::max<std::size_t>(1, images_.size())));

@@ -8,7 +8,7 @@ namespace lamina {
 
 /// A plane as one image shows it. On the ray (x, y, 1) its disparity is q . (x, y, 1), so that q is
 /// along its normal, longer the nearer it is.
-struct SeenPlane {
+struct ImagePlane {
   Eigen::Vector3d q = Eigen::Vector3d::Zero();           ///< px
   Eigen::Matrix3Xd by_bend;                              ///< dq / d coefficients of the bend
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of q, px^2
@@ -21,7 +21,7 @@ struct SeenPlane {
 /// some degrees of square or parallel take part, robustly: what is built askew does not count.
 class PlaneAngles {
  public:
-  void add(std::vector<SeenPlane> image);
+  void add(std::vector<ImagePlane> image);
   /// Sum of robust chi-squared that the coefficients leave; angles far from right ones count as
   /// outliers do. Images in a row see the same walls: all of them together count as a few.
   double cost(const Eigen::VectorXd& coefficients) const;
@@ -33,7 +33,7 @@ class PlaneAngles {
   void for_each_pair(const Eigen::VectorXd& coefficients, F f) const;
   double share() const;  ///< of what a pair tells when it stands alone
 
-  std::vector<std::vector<SeenPlane>> images_;
+  std::vector<std::vector<ImagePlane>> images_;
 };
 
 }  // namespace lamina

@@ -93,11 +93,11 @@ void scan(Line& line, const PlaneAlong& plane_along, float gate, const Take& tak
 
 }  // namespace
 
-std::vector<PlaneEvidence> gather_evidence(const DisparityImage& image, const DisparityGeometry& g,
-                                           const std::vector<std::uint8_t>& pixel_labels,
-                                           const std::vector<PlaneRegion>& regions, int step,
-                                           float gate) {
-  std::vector<PlaneEvidence> evidence(regions.size());
+std::vector<RegionEvidence> gather_evidence(const DisparityImage& image, const DisparityGeometry& g,
+                                            const std::vector<std::uint8_t>& pixel_labels,
+                                            const std::vector<PlaneRegion>& regions, int step,
+                                            float gate) {
+  std::vector<RegionEvidence> evidence(regions.size());
   const auto add = [](RunEvidence& runs, int length, bool open) {
     runs.runs += 1;
     runs.free_runs += open ? 1 : 0;
@@ -132,7 +132,7 @@ std::vector<PlaneEvidence> gather_evidence(const DisparityImage& image, const Di
   return evidence;
 }
 
-bool is_surface(const PlaneEvidence& evidence, double misfit) {
+bool is_surface(const RegionEvidence& evidence, double misfit) {
   // Pixels. A wall seen between posts is 10 to 20 wide; blocks are 8.
   constexpr double kNarrow = 32, kThin = 12;
   // Surfaces score 1.0 to 1.3, a little more where their rims are ragged.

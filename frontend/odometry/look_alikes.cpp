@@ -34,7 +34,7 @@ double least_shown(const std::vector<SightFan>& fans, const std::vector<Oriented
                    const Eigen::Vector2d& axis_map) {
   constexpr double kMargin = 0.25;  // m
   const auto shown = [&](const PlanarPose& T) {
-    const Agreement seen = agreement(fans, points, T, kMargin);
+    const FanAgreement seen = agreement(fans, points, T, kMargin);
     return static_cast<double>(seen.agree + seen.contradict);
   };
   double least = shown(*window.exclude);

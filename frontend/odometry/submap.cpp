@@ -27,9 +27,10 @@ SightFan sight_fan(const std::vector<OrientedPoint>& points_body, const Eigen::V
   return fan;
 }
 
-Agreement agreement(const std::vector<SightFan>& fans_a, const std::vector<OrientedPoint>& points_b,
-                    const PlanarPose& T_a_b, double margin) {
-  Agreement result;
+FanAgreement agreement(const std::vector<SightFan>& fans_a,
+                       const std::vector<OrientedPoint>& points_b, const PlanarPose& T_a_b,
+                       double margin) {
+  FanAgreement result;
   std::vector<PlanarPose> T_fan_b;
   for (const SightFan& fan : fans_a) T_fan_b.push_back(fan.T_anchor_scanner.inverse() * T_a_b);
   for (const OrientedPoint& p : points_b) {

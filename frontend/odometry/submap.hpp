@@ -42,7 +42,7 @@ SightFan sight_fan(const std::vector<OrientedPoint>& points_body, const Eigen::V
                    const PlanarPose& T_anchor_body);
 
 /// How points b agree with what fans a saw, when b's frame stands at T_a_b.
-struct Agreement {
+struct FanAgreement {
   int agree = 0;       ///< views of a point at the range that was seen
   int contradict = 0;  ///< views of a point where the fan saw farther: it should not be there
   double ratio() const {
@@ -52,7 +52,8 @@ struct Agreement {
 
 /// Counts for each point of b the nearest fan of a that looks its way: agreement within `margin`
 /// (m, + 2 % of the range), contradiction when the fan saw beyond, no vote when it is hidden.
-Agreement agreement(const std::vector<SightFan>& fans_a, const std::vector<OrientedPoint>& points_b,
-                    const PlanarPose& T_a_b, double margin);
+FanAgreement agreement(const std::vector<SightFan>& fans_a,
+                       const std::vector<OrientedPoint>& points_b, const PlanarPose& T_a_b,
+                       double margin);
 
 }  // namespace lamina

@@ -20,12 +20,12 @@ Eigen::VectorXd random_vector(std::mt19937_64& random, int size, double sigma) {
 }
 
 // Three planes square to each other, turned by chance, as a camera with that bend sees them.
-std::vector<SeenPlane> corner(std::mt19937_64& random, const Eigen::VectorXd& bend) {
+std::vector<ImagePlane> corner(std::mt19937_64& random, const Eigen::VectorXd& bend) {
   const Eigen::Matrix3d R =
       Eigen::Quaterniond(Eigen::Vector4d(random_vector(random, 4, 1))).normalized().matrix();
-  std::vector<SeenPlane> planes(3);
+  std::vector<ImagePlane> planes(3);
   for (int k = 0; k < 3; ++k) {
-    SeenPlane& plane = planes[static_cast<std::size_t>(k)];
+    ImagePlane& plane = planes[static_cast<std::size_t>(k)];
     plane.by_bend.resize(3, kTerms);
     for (int i = 0; i < kTerms; ++i) plane.by_bend.col(i) = random_vector(random, 3, 1);
     plane.q = 20 * R.col(k) + plane.by_bend * bend;
@@ -58,7 +58,7 @@ TEST(PlaneAngles, SlopeOfTheCost) {
   const Eigen::VectorXd bend = random_vector(random, kTerms, 0.2);
   PlaneAngles angles;
   for (int i = 0; i < 3; ++i) {
-    std::vector<SeenPlane> planes = corner(random, bend);
+    std::vector<ImagePlane> planes = corner(random, bend);
     planes.push_back(planes[0]);  // opposite
     planes.back().q *= -0.8;
     angles.add(planes);
@@ -78,9 +78,9 @@ TEST(PlaneAngles, SlopeOfTheCost) {
 // Five degrees, and a bend of 0.3 px turns it by one: no floor that looks tilted.
 TEST(PlaneAngles, AShallowRampTellsNothing) {
   std::mt19937_64 random(4);
-  std::vector<SeenPlane> planes = corner(random, Eigen::VectorXd::Zero(kTerms));
+  std::vector<ImagePlane> planes = corner(random, Eigen::VectorXd::Zero(kTerms));
   planes.resize(2);
-  for (SeenPlane& plane : planes) plane.by_bend *= 0.5;
+  for (ImagePlane& plane : planes) plane.by_bend *= 0.5;
   planes[1].q = planes[0].q + std::tan(5 * M_PI / 180) * planes[1].q;
   PlaneAngles angles;
   angles.add(planes);
@@ -93,7 +93,7 @@ TEST(PlaneAngles, AShallowRampTellsNothing) {
 
 TEST(PlaneAngles, WhatIsBuiltAskewTellsNothing) {
   std::mt19937_64 random(3);
-  std::vector<SeenPlane> planes = corner(random, Eigen::VectorXd::Zero(kTerms));
+  std::vector<ImagePlane> planes = corner(random, Eigen::VectorXd::Zero(kTerms));
   planes.resize(2);
   planes[1].q = planes[0].q + planes[1].q;  // at 45 degrees
   PlaneAngles angles;
@@ -110,7 +110,7 @@ TEST(PlaneAngles, WhatIsBuiltAskewTellsNothing) {
 // A recording twice as long of the same walls tells no more.
 TEST(PlaneAngles, ManyImagesCountAsAFew) {
   std::mt19937_64 random(4);
-  const std::vector<SeenPlane> image = corner(random, Eigen::VectorXd::Constant(kTerms, 0.1));
+  const std::vector<ImagePlane> image = corner(random, Eigen::VectorXd::Constant(kTerms, 0.1));
   const Eigen::VectorXd c = Eigen::VectorXd::Zero(kTerms);
   PlaneAngles one, twenty, forty;
   one.add(image);

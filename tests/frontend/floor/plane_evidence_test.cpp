@@ -120,7 +120,7 @@ TEST(PlaneParts, AWallSeenBetweenPostsIsOne) {
 }
 
 TEST(PlaneEvidence, StripsInTheOpenAreNoSurface) {
-  PlaneEvidence wall, posts, bent, face;
+  RegionEvidence wall, posts, bent, face;
   wall.across = {10, 9, 3000};
   wall.down = {30, 0, 3000};
   EXPECT_TRUE(is_surface(wall, 3.0)) << "large ones are never doubted";
@@ -153,7 +153,7 @@ TEST(PlaneEvidence, ARowOfPostsBecomesNoPlane) {
 }
 
 // Of a wall of 20 px of disparity, its pixels labelled 1.
-PlaneEvidence of_a_wall(const DisparityImage& image, const std::vector<std::uint8_t>& labels) {
+RegionEvidence of_a_wall(const DisparityImage& image, const std::vector<std::uint8_t>& labels) {
   PlaneRegion wall;
   wall.plane = {0, 0, 20};
   const DisparityGeometry g = DisparityGeometry::of(test_camera());
@@ -168,7 +168,7 @@ TEST(PlaneEvidence, MissingPixelsEndNoRun) {
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (random() % 3 == 0) image.d[i] = labels[i] = 0;
   }
-  const PlaneEvidence evidence = of_a_wall(image, labels);
+  const RegionEvidence evidence = of_a_wall(image, labels);
   EXPECT_GT(evidence.across.length(), 120);
   EXPECT_TRUE(is_surface(evidence, 2.0));
 }

@@ -278,13 +278,13 @@ TEST(Agreement, APointInFrontOfASeenWallContradicts) {
   std::vector<OrientedPoint> wall;
   for (int i = -20; i <= 20; ++i) wall.push_back({{2, 0.05 * i}, {-1, 0}, 0.01});
   const std::vector<SightFan> fans{sight_fan(wall, {0, 0}, {})};
-  const Agreement same = agreement(fans, wall, {}, 0.2);
+  const FanAgreement same = agreement(fans, wall, {}, 0.2);
   EXPECT_EQ(same.contradict, 0);
   EXPECT_EQ(same.agree, 41);
-  const Agreement nearer = agreement(fans, wall, {-1, 0, 0}, 0.2);
+  const FanAgreement nearer = agreement(fans, wall, {-1, 0, 0}, 0.2);
   EXPECT_EQ(nearer.agree, 0);
   EXPECT_GT(nearer.contradict, 15);
-  const Agreement hidden = agreement(fans, wall, {1, 0, 0}, 0.2);
+  const FanAgreement hidden = agreement(fans, wall, {1, 0, 0}, 0.2);
   EXPECT_EQ(hidden.agree + hidden.contradict, 0);
 }
 

@@ -2,3 +2,6 @@
 #include <lamina/backend/graph.hpp>
 using namespace std;
 // A formula from [Nobody1999].
+namespace lamina {
+struct Offender {};
+}  // namespace lamina

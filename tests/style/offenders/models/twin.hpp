@@ -1,0 +1,4 @@
+// Defines what offender.hpp defines.
+namespace lamina {
+struct Offender {};
+}  // namespace lamina
