@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lamina/backend/hidden_doubles.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/merge_hearing.hpp>
 #include <lamina/backend/plane_doubles.hpp>
@@ -109,6 +110,7 @@ std::vector<std::pair<PlaneId, PlaneId>> Mapper::merge_refined(const PlanePairs&
     pairs.push_back(pair);
   }
   if (pairs.empty()) pairs = find_slivers(graph_, outlines_, apart, options);
+  if (pairs.empty()) pairs = find_hidden_doubles(graph_, outlines_, apart, options);
   for (const auto& [from, into] : pairs) join_planes(from, into);
   return pairs;
 }

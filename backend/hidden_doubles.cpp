@@ -1,0 +1,116 @@
+// Far pairs first, then what was looked through between them, then their joint covariances.
+#include <lamina/backend/hidden_doubles.hpp>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <lamina/backend/covariance.hpp>
+#include <lamina/backend/piece_gap.hpp>
+#include <lamina/backend/plane_agreement.hpp>
+#include <lamina/backend/plane_neighbourhood.hpp>
+#include <lamina/backend/sight_gaps.hpp>
+
+namespace lamina {
+namespace {
+
+constexpr double kDegree = M_PI / 180.0;
+constexpr double kNearest = 0.3, kFarthest = 2.5;  // m in plan between two pieces
+constexpr double kMostOff = 0.3;                   // m: one wall stands no further apart
+constexpr double kOpen = 0.1;  // share of what lies between that was looked through, at most
+
+using Pair = std::pair<PlaneId, PlaneId>;
+
+// What lies between two outlines, in plan, and how far each of them reaches that way (m).
+struct Between {
+  Eigen::Vector2d a, b;
+  double reach_a = 0, reach_b = 0;
+  double length() const { return (b - a).norm(); }
+};
+
+double extent(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector2d& direction) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const auto& p : points) {
+    low = std::min(low, direction.dot(p.head<2>()));
+    high = std::max(high, direction.dot(p.head<2>()));
+  }
+  return high - low;
+}
+
+Between between(const PlaneLandmark& a, const PlaneLandmark& b) {
+  const std::vector<Eigen::Vector3d> of_a = seen_points_map(a), of_b = seen_points_map(b);
+  Between result;
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& p : of_a) {
+    for (const auto& q : of_b) {
+      const double squared = (p - q).head<2>().squaredNorm();
+      if (squared >= least) continue;
+      least = squared;
+      result.a = p.head<2>(), result.b = q.head<2>();
+    }
+  }
+  const Eigen::Vector2d direction = (result.b - result.a).normalized();
+  result.reach_a = extent(of_a, direction), result.reach_b = extent(of_b, direction);
+  return result;
+}
+
+}  // namespace
+
+std::vector<Pair> find_hidden_doubles(const Graph& graph,
+                                      const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
+                                      const std::set<Pair>& apart, const DoubleOptions& options) {
+  const PlaneNeighbourhood near(graph, outlines, kFarthest, false);
+  const PlaneNeighbourhood nearer(graph, outlines, options.association.max_gap_m, false);
+  std::vector<Pair> pairs;
+  std::vector<SightGap> gaps;
+  for (const auto& [a, b] : near.pairs(options.association.max_angle_deg * kDegree)) {
+    const PlaneLandmark &small = graph.at(a), &large = graph.at(b);
+    if (apart.count({a, b}) || apart.count({b, a})) continue;
+    if (std::abs(small.plane_anchor.normal().z()) > kUprightNormal ||
+        std::abs(large.plane_anchor.normal().z()) > kUprightNormal ||
+        !(std::abs(large.plane_map().signed_distance(near.middle(a))) <= kMostOff)) {
+      continue;
+    }
+    if (nearer.beside(a, b)) continue;  // find_doubles()
+    const Between gap = between(small, large);
+    const double length = gap.length();
+    if (length < kNearest || length > kFarthest) continue;
+    if (length > 2 * std::min(gap.reach_a, gap.reach_b)) continue;
+    pairs.emplace_back(a, b);
+    gaps.emplace_back(gap.a, gap.b);
+  }
+  if (pairs.empty()) return {};
+  look_through(graph, outlines, gaps);
+  CovarianceRequest request;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (gaps[i].open() <= kOpen) request.plane_pairs.push_back(pairs[i]);
+  }
+  if (request.plane_pairs.empty()) return {};
+  const Covariances known = covariances(graph, request);
+  if (!known.valid) return {};
+  std::vector<std::pair<double, Pair>> agreeing;
+  for (std::size_t i = 0; i < request.plane_pairs.size(); ++i) {
+    const auto [a, b] = request.plane_pairs[i];
+    const PlaneGap gap = gap_between(graph.at(a), graph.at(b), near.middle(a));
+    Eigen::Matrix3d C = gap.J * known.plane_pairs[i] * gap.J.transpose();
+    C.diagonal() += surface_noise(options.association);
+    const Eigen::LLT<Eigen::Matrix3d> llt(C);
+    if (!C.allFinite() || llt.info() != Eigen::Success) continue;
+    const double chi = gap.off.dot(llt.solve(gap.off));
+    if (chi <= options.gate && std::sqrt(C(2, 2)) <= options.max_sigma_m)
+      agreeing.push_back({chi, {a, b}});
+  }
+  std::stable_sort(agreeing.begin(), agreeing.end(),
+                   [](const auto& x, const auto& y) { return x.first < y.first; });
+  std::set<PlaneId> taken;
+  std::vector<Pair> doubles;
+  for (const auto& [chi, pair] : agreeing) {
+    if (taken.count(pair.first) || taken.count(pair.second)) continue;
+    taken.insert({pair.first, pair.second});
+    doubles.push_back(pair);
+  }
+  return doubles;
+}
+
+}  // namespace lamina

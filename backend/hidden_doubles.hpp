@@ -1,0 +1,22 @@
+// Pieces of one wall with something before what lies between them.
+#pragma once
+
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include <lamina/backend/boundaries.hpp>
+#include <lamina/backend/plane_doubles.hpp>
+
+namespace lamina {
+
+/// Pairs (from, into) as find_doubles() has them, of walls that images saw, further apart than its
+/// gap, up to 2.5 m: a shelf, and a partition behind it, hide a wall. Through what lies between, in
+/// plan, nobody looked nor drove (SightGap): what is open there is not one wall. Best first, one
+/// pair a plane at most, no pair in `apart`. Deterministic.
+std::vector<std::pair<PlaneId, PlaneId>> find_hidden_doubles(
+    const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
+    const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options);
+
+}  // namespace lamina
