@@ -69,10 +69,11 @@ MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& opt
   while (result.iterations < options.max_iterations) {
     ++result.iterations;
     const double before = total(cost);
-    Iteration report{result.iterations, before, 0, damping, false};
+    Iteration report{result.iterations, before, 0, damping, false, 0};
     const Eigen::VectorXd step = damped_step(equations, scale, damping);
     if (step.size() > 0) {
-      if (result.iterations == 1 && equations.largest_turn(step) > path.largest_first_turn) {
+      report.largest_turn = equations.largest_turn(step);
+      if (result.iterations == 1 && report.largest_turn > path.largest_first_turn) {
         result.turns_too_far = true;
         return result;
       }

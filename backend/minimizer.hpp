@@ -52,6 +52,7 @@ struct Iteration {
   double predicted_decrease = 0;
   double damping = 0;
   bool accepted = false;
+  double largest_turn = 0;  ///< of a keyframe by the step, rad
 };
 
 struct MinimizerResult {

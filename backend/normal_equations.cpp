@@ -146,6 +146,24 @@ void NormalEquations::undo_step() {
   impl_->tell_anchors();
 }
 
+void NormalEquations::read(const Graph& graph) {
+  AllStates& s = impl_->states;
+  for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
+    s.poses.now[i] = PoseState(graph.keyframes[i].T_map_body);
+  }
+  for (std::size_t i = 0; i < graph.planes.size(); ++i) {
+    s.planes.now[i] = PlaneState(graph.planes[i].plane_anchor);
+  }
+  for (std::size_t i = 0; i < graph.surfels.size(); ++i) {
+    s.surfels.now[i] = FlatState(graph.surfels[i].state);
+  }
+  for (std::size_t i = 0; i < graph.extrinsics.size(); ++i) {
+    s.extrinsics.now[i] = FlatState(graph.extrinsics[i].state);
+  }
+  impl_->anchors = impl_->graph_anchors;
+  impl_->tell_anchors();
+}
+
 void NormalEquations::write(Graph& graph) const {
   const AllStates& s = impl_->states;
   for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {

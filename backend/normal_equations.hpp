@@ -62,6 +62,8 @@ class NormalEquations {
   /// The largest angle by which the step d turns a pose, rad.
   double largest_turn(const Eigen::VectorXd& d) const;
 
+  /// Takes the states of the graph this was made from, and nothing else.
+  void read(const Graph& graph);
   /// Writes poses, planes, surfels, extrinsics into the graph this was made from.
   void write(Graph& graph) const;
 

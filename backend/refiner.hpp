@@ -22,6 +22,9 @@ struct RefineOptions {
   /// degrees is 16.3; residual model errors ask for more.
   double inlier_chi2 = 25;
   int max_rounds = 20;  ///< of graduated non-convexity
+  /// Keyframes from which turns alone are asked first whether the path must be unwound, rather than
+  /// the whole system: theirs is a third of it. The result is the same.
+  std::size_t turns_first = 50000;
   /// The graph was refined before and few things changed since: factors are judged in or out from
   /// the solution there is, without a fresh start.
   bool refined_before = false;

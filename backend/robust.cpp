@@ -63,18 +63,30 @@ class Rounds {
     return *outcome_.equations;
   }
   /// False when the caller wants to stop, or there is nothing to go on with.
-  bool run(const MinimizerOptions& options, const LongPath& path = {}) {
-    MinimizerResult result = minimize_once(options, path);
-    if (result.turns_too_far) {
-      outcome_.equations.reset();
-      TurningStart start = start_from_turns(graph_, total(result.initial_cost));
-      outcome_.iterations += result.iterations + start.iterations;
-      outcome_.equations = std::move(start.equations);
-      if (!outcome_.equations) renew();
-      const CostByType initial_cost = result.initial_cost;
-      result = minimize_once(options, {.positions_follow = true});
-      result.initial_cost = initial_cost;
+  bool run(const MinimizerOptions& options) { return take(minimize_once(options)); }
+  /// The same for all factors that have a weight, from the graph as it is. A path that the first
+  /// step turns too far is unwound: by turns alone, then positions. One of many keyframes is asked
+  /// by turns at once, whose system is smaller.
+  bool run_unwinding(const MinimizerOptions& options, std::size_t turns_first) {
+    renew();
+    const bool many = graph_.keyframes.size() >= turns_first;
+    if (!many) {
+      const MinimizerResult result = minimize_once(options, {.largest_first_turn = kLargestTurn});
+      if (!result.turns_too_far) return take(result);
+      outcome_.iterations += result.iterations;
     }
+    const CostByType cost = outcome_.equations->linearize();
+    const TurningStart start =
+        start_from_turns(graph_, *outcome_.equations, total(cost), many ? kLargestTurn : 0);
+    outcome_.iterations += start.iterations;
+    MinimizerResult result = minimize_once(options, {.positions_follow = start.far});
+    result.initial_cost = cost;
+    return take(result);
+  }
+  void write() { outcome_.equations->write(graph_); }
+
+ private:
+  bool take(const MinimizerResult& result) {
     outcome_.iterations += result.iterations;
     outcome_.status = result.status;
     outcome_.final_cost = result.final_cost;
@@ -82,10 +94,7 @@ class Rounds {
     first_ = false;
     return !stopped(result.status);
   }
-  void write() { outcome_.equations->write(graph_); }
-
- private:
-  MinimizerResult minimize_once(const MinimizerOptions& options, const LongPath& path) {
+  MinimizerResult minimize_once(const MinimizerOptions& options, const LongPath& path = {}) {
     return minimize(
         *outcome_.equations, options,
         [&](const Iteration& it) {
@@ -278,10 +287,8 @@ RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
   RobustOutcome outcome;
   Rounds rounds(graph, outcome, progress);
   MinimizerOptions plain = options.minimizer;
-  const LongPath unwind{.largest_first_turn = kLargestTurn};
   if (!options.robust) {
-    rounds.renew();
-    rounds.run(plain, unwind);
+    rounds.run_unwinding(plain, options.turns_first);
     rounds.write();
     return outcome;
   }
@@ -291,9 +298,8 @@ RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
   const bool named_wrong = agreement.conflicts > graph.plane_moments.size() / 500;
   if (!named_wrong) {
     const GraphStates start = states_of(graph);
-    rounds.renew();
     plain.max_rejections = kMostRejections;
-    if (rounds.run(plain, unwind)) {
+    if (rounds.run_unwinding(plain, options.turns_first)) {
       verdict = judge(outcome.equations->chi_squared(), options.inlier_chi2);
       if (verdict == Verdict::kContradiction) put_back(start, graph);
       if (verdict == Verdict::kConsistent && doubted_before) verdict = Verdict::kFewOutliers;

@@ -25,7 +25,7 @@ void put_back(const GraphStates& states, Graph& graph) {
   }
 }
 
-TurningStart start_from_turns(Graph& graph, double cost) {
+TurningStart start_from_turns(Graph& graph, NormalEquations& all, double cost, double least_turn) {
   TurningStart start;
   const GraphStates before = states_of(graph);
   {
@@ -34,17 +34,22 @@ TurningStart start_from_turns(Graph& graph, double cost) {
     options.max_iterations = 12;
     options.relative_tolerance = 1e-2;  // a start needs no more
     options.initial_damping = 1e-9;     // with none the first step of 100,000 poses overshoots
-    start.iterations = minimize(turns, options).iterations;
+    const auto far = [&](const Iteration& it) {
+      if (it.number == 1) start.far = it.largest_turn >= least_turn;
+      return start.far;
+    };
+    start.iterations = minimize(turns, options, far).iterations;
+    if (!start.far) return start;
     turns.write(graph);
   }
-  auto all = std::make_unique<NormalEquations>(graph);
-  all->linearize();
+  all.read(graph);
+  all.linearize();
   ++start.iterations;
-  if (let_positions_follow(*all, 1e-13, false) && total(all->cost()) < cost) {
-    all->write(graph);
-    start.equations = std::move(all);
+  if (let_positions_follow(all, 1e-13, false) && total(all.cost()) < cost) {
+    all.write(graph);
   } else {
     put_back(before, graph);
+    all.read(graph);
   }
   return start;
 }

@@ -1,7 +1,6 @@
 // A start for graphs that have drifted too far to be linear: directions first, then positions.
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include <lamina/backend/graph.hpp>
@@ -26,15 +25,16 @@ void put_back(const GraphStates& states, Graph& graph);
 
 struct TurningStart {
   int iterations = 0;  ///< linear systems solved
-  /// At the start, to go on from. Null when the cost did not fall: the graph is as it was.
-  std::unique_ptr<NormalEquations> equations;
+  bool far = false;    ///< the first step turned a keyframe by more than was asked for
 };
 
 /// Turns alone are a benign problem however long the path is: rotations between keyframes and tilts
 /// of planes, solved from where they are by Gauss-Newton on the manifold (from nothing, as chordal
 /// relaxation does, the solution fades along the path). With the turns held, positions and
-/// distances are a linear problem: one system. Surfels stay as they are. `cost`: of the graph as it
-/// is.
-TurningStart start_from_turns(Graph& graph, double cost);
+/// distances are a linear problem: one system. Surfels stay as they are. `all`: of the graph as it
+/// is, `cost` its cost; both go on from the start, or are as they were when the cost did not fall
+/// or the first step turned nothing by more than `least_turn` (rad).
+TurningStart start_from_turns(Graph& graph, NormalEquations& all, double cost,
+                              double least_turn = 0);
 
 }  // namespace lamina

@@ -192,6 +192,27 @@ TEST(Refiner, APathOffByMoreThanARadianIsUnwound) {
   }
 }
 
+TEST(Refiner, TurnsAskedFirstLeadToTheSame) {
+  for (const bool far : {false, true}) {
+    const PlaneGraph problem =
+        make_rooms({.rooms = far ? 100 : 20, .sigma_rotation = far ? 0.012 : 0.002, .seed = 1});
+    RefineOptions options;
+    options.robust = false;
+    const PlaneGraphResult whole = solve_plane_graph(problem, options);
+    options.turns_first = 1;
+    const PlaneGraphResult turns = solve_plane_graph(problem, options);
+    EXPECT_EQ(turns.refine.status, SolveStatus::kConverged);
+    EXPECT_NEAR(turns.ate_m, whole.ate_m, 1e-6);
+    // A path to be unwound needs one system less; one that is not, one of turns more.
+    EXPECT_EQ(turns.refine.iterations, whole.refine.iterations + (far ? -1 : 1));
+    ASSERT_EQ(turns.refine.costs.size(), whole.refine.costs.size());
+    for (std::size_t i = 0; i < whole.refine.costs.size(); ++i) {
+      EXPECT_NEAR(turns.refine.costs[i].before / whole.refine.costs[i].before, 1, 1e-9);
+      EXPECT_NEAR(turns.refine.costs[i].after / whole.refine.costs[i].after, 1, 1e-6);
+    }
+  }
+}
+
 // Corridors of one wall: along it and about its normal odometry alone tells; or nothing does.
 TEST(Refiner, OnePlaneCorridorsNeverThrowNorGiveNaN) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
