@@ -91,6 +91,10 @@ class Mapper {
   /// what many laps saw takes the room of one. Of keyframes that the last refine() laid out, where
   /// neighbours hang together well; right after it, or when laps have added to them.
   void condense_floor(double radius_m = 1);
+  /// The same for what came since, and since this was last asked: keyframes that follow each other
+  /// hang together well enough wherever the next refine() puts them, not with what was there
+  /// before. To be asked every few metres.
+  void condense_newest_floor(double radius_m = 1);
   /// Takes out keyframes that had to stay when they left the window, as planes of theirs were new:
   /// asked once more, when planes that turned out to be one are merged.
   void retire_again();
@@ -242,7 +246,8 @@ class Mapper {
   Eigen::Matrix3d wheel_doubt_ = Eigen::Matrix3d::Zero();
   MovedByWheels by_wheels_;  // by that, as know_covariances() or doubt_wheels() found the graph
   std::int64_t keyframes_made_ = 0;
-  KeyframeId refined_ = KeyframeId::kNone;  // the newest at the last refine()
+  KeyframeId refined_ = KeyframeId::kNone;    // the newest at the last refine()
+  KeyframeId condensed_ = KeyframeId::kNone;  // the newest whose floor is condensed
 };
 
 }  // namespace lamina

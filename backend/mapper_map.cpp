@@ -139,6 +139,15 @@ void Mapper::condense_floor(double radius_m) {
   surfels_.condense(graph_, laid_out, radius_m);
 }
 
+void Mapper::condense_newest_floor(double radius_m) {
+  std::vector<KeyframeId> newest = surfels_.keyframes();
+  const KeyframeId known = std::max(refined_, condensed_);
+  std::erase_if(newest, [&](KeyframeId id) { return id <= known || window_.contains(id); });
+  if (newest.empty()) return;
+  surfels_.condense(graph_, newest, radius_m);
+  condensed_ = newest.back();
+}
+
 void Mapper::know_covariances() {
   store_covariances(graph_);
   joint_.clear();

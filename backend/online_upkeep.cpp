@@ -19,6 +19,7 @@ void OnlineUpkeep::added(const AddResult& added, Mapper& mapper) {
   ++met_;
   ++met_in_all_;
   if (met_in_all_ % kCondenseEvery != 0) return;
+  mapper.condense_newest_floor();
   if (met_in_all_ > kManyLaps * mapper.graph().keyframes.size()) mapper.condense_floor();
 }
 

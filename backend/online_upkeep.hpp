@@ -11,8 +11,9 @@ namespace lamina {
 /// neither a loop's contradiction stays in the map nor laps of one place fill the memory.
 class OnlineUpkeep {
  public:
-  /// After each Mapper::add. Many laps: their floor is made one between refinements, too. Not
-  /// before: loops still bend the map, and floor that hangs on far keyframes bends with those.
+  /// After each Mapper::add. Every ten metres or so the floor of these is made one; that of many
+  /// laps between refinements, too. Not before: loops still bend the map, and floor that hangs on
+  /// far keyframes bends with those.
   void added(const AddResult& added, Mapper& mapper);
   /// After the graph took `loops` new loops. The whole graph is due when one of them says that it
   /// is wrong, or it has grown by a tenth since it was last refined, or half as much was seen again

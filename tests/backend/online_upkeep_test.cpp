@@ -1,6 +1,8 @@
 // When the whole map has its turn.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <lamina/backend/online_upkeep.hpp>
 
 #include "mapper_room.hpp"
@@ -16,16 +18,18 @@ struct Met {
   OnlineUpkeep upkeep;
   std::size_t frames = 0;
   int keyframes = 0;
+  bool sees_floor = false, kept_up = true;
 
   explicit Met(unsigned seed, int all = 60, int lap = 180, const MapperOptions& options = {})
       : way(all, lap, seed), sensor(seed + 1), mapper(options) {}
   void drive(std::size_t more) {
     const auto room = made_up::make_room();
     for (const std::size_t end = frames + more; frames < end; ++frames) {
+      Observations seen = sensor.depth(way.truth[frames], made_up::at_frame(frames), room);
+      if (sees_floor) made_up::add_floor(seen, sensor);
       const auto added =
-          mapper.add(sensor.depth(way.truth[frames], made_up::at_frame(frames), room),
-                     frames == 0 ? way.truth[0] : way.increments[frames - 1], way.covariance);
-      upkeep.added(added, mapper);
+          mapper.add(seen, frames == 0 ? way.truth[0] : way.increments[frames - 1], way.covariance);
+      if (kept_up) upkeep.added(added, mapper);
       keyframes += added.is_keyframe;
     }
   }
@@ -60,6 +64,31 @@ TEST(OnlineUpkeep, AGraphThatHasGrownIsDue) {
   met.drive(30);
   ASSERT_TRUE(met.loop(0));
   EXPECT_TRUE(met.upkeep.due(1, met.mapper));
+}
+
+// Each frame sees floor from 1 to 3 m ahead, most of which the one before saw as well.
+TEST(OnlineUpkeep, FloorIsMadeOneOnTheWay) {
+  MapperOptions options;
+  options.window.keyframes = 5;
+  Met met(35, 180, 180, options), as_seen(35, 180, 180, options);
+  met.sees_floor = as_seen.sees_floor = true;
+  as_seen.kept_up = false;
+  met.drive(180);
+  as_seen.drive(180);
+  met.mapper.condense_newest_floor();
+  const std::size_t squares = met.mapper.state().surfels.size();
+  EXPECT_LT(2 * squares, as_seen.mapper.state().surfels.size());
+  const PlanarMap map = met.mapper.map(), all = as_seen.mapper.map();
+  const auto rms = [](const PlanarMap& m) {
+    double sum = 0;
+    for (const auto& s : m.surfels) sum += s.center.z() * s.center.z();
+    return std::sqrt(sum / static_cast<double>(m.surfels.size()));
+  };
+  ASSERT_GT(all.surfels.size(), 500U);
+  EXPECT_GT(map.surfels.size(), 0.95 * static_cast<double>(all.surfels.size()));
+  EXPECT_LT(rms(map), 1.1 * rms(all) + 1e-4);
+  met.mapper.condense_newest_floor();  // nothing is new
+  EXPECT_EQ(met.mapper.state().surfels.size(), squares);
 }
 
 // A bare corridor closes no loops; what laps of it see again must not pile up all the same.
