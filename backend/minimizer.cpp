@@ -84,7 +84,7 @@ MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& opt
       const bool last = report.predicted_decrease <
                         std::max(options.chi2_tolerance, options.relative_tolerance * before);
       CostByType next = last ? equations.cost() : equations.linearize();
-      if (path.positions_follow && !last &&
+      if (report.largest_turn > path.follow_from_turn && !last &&
           !(total(next) < before - kPoorRatio * report.predicted_decrease) &&
           let_positions_follow(equations, damping, true)) {
         next = equations.linearize();

@@ -41,9 +41,9 @@ struct MinimizerOptions {
 struct LongPath {
   /// Stop before the first step (turns_too_far) when it would turn a keyframe by more, rad.
   double largest_first_turn = std::numeric_limits<double>::infinity();
-  /// After a step that lowers the cost by little of what it promised: let_positions_follow(). For
-  /// paths that had to be unwound; short ones gain nothing.
-  bool positions_follow = false;
+  /// After a step that turns a keyframe by more than this (rad) and lowers the cost by little of
+  /// what it promised: let_positions_follow(). Turns of hundredths bend no path.
+  double follow_from_turn = std::numeric_limits<double>::infinity();
 };
 
 struct Iteration {

@@ -70,16 +70,20 @@ class Rounds {
   bool run_unwinding(const MinimizerOptions& options, std::size_t turns_first) {
     renew();
     const bool many = graph_.keyframes.size() >= turns_first;
-    if (!many) {
-      const MinimizerResult result = minimize_once(options, {.largest_first_turn = kLargestTurn});
+    CostByType cost{};
+    if (many) {
+      cost = outcome_.equations->cost();
+    } else {
+      const MinimizerResult result =
+          minimize_once(options, {.largest_first_turn = kLargestTurn, .follow_from_turn = kBends});
       if (!result.turns_too_far) return take(result);
       outcome_.iterations += result.iterations;
+      cost = result.initial_cost;
     }
-    const CostByType cost = outcome_.equations->linearize();
     const TurningStart start =
         start_from_turns(graph_, *outcome_.equations, total(cost), many ? kLargestTurn : 0);
     outcome_.iterations += start.iterations;
-    MinimizerResult result = minimize_once(options, {.positions_follow = start.far});
+    MinimizerResult result = minimize_once(options, {.follow_from_turn = start.far ? 0 : kBends});
     result.initial_cost = cost;
     return take(result);
   }

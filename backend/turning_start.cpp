@@ -1,6 +1,9 @@
 // Turns by Gauss-Newton, positions by one linear system.
 #include <lamina/backend/turning_start.hpp>
 
+#include <cmath>
+#include <limits>
+
 #include <lamina/backend/minimizer.hpp>
 
 namespace lamina {
@@ -34,11 +37,15 @@ TurningStart start_from_turns(Graph& graph, NormalEquations& all, double cost, d
     options.max_iterations = 12;
     options.relative_tolerance = 1e-2;  // a start needs no more
     options.initial_damping = 1e-9;     // with none the first step of 100,000 poses overshoots
-    const auto far = [&](const Iteration& it) {
+    // What a step's model was wrong by is about what the next one can still gain.
+    double cost_before = std::numeric_limits<double>::infinity();
+    const auto go_on = [&](const Iteration& it) {
       if (it.number == 1) start.far = it.largest_turn >= least_turn;
-      return start.far;
+      const double wrong = std::abs(it.predicted_decrease - (cost_before - it.cost));
+      cost_before = it.cost;
+      return start.far && !(it.accepted && wrong < options.relative_tolerance * it.cost);
     };
-    start.iterations = minimize(turns, options, far).iterations;
+    start.iterations = minimize(turns, options, go_on).iterations;
     if (!start.far) return start;
     turns.write(graph);
   }

@@ -13,6 +13,9 @@ namespace lamina {
 /// distance.
 inline constexpr double kLargestTurn = 1.0;
 
+/// A step that turns a keyframe by less, rad, does not bend the path worth following it.
+inline constexpr double kBends = 0.02;
+
 /// What a solver moves, without surfels.
 struct GraphStates {
   std::vector<SE3> poses;

@@ -81,7 +81,7 @@ void growth(const lamina::RefineOptions& options) {
     seconds.push_back(cost.seconds);
     memory.push_back(cost.peak_mb);
   }
-  std::printf("growth with the number of keyframes: time ^%.2f, memory ^%.2f (aim: at most 1.2)\n",
+  std::printf("growth with the number of keyframes: time ^%.3f, memory ^%.3f (aim: at most 1.2)\n",
               exponent(keyframes, seconds), exponent(keyframes, memory));
 }
 
