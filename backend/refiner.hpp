@@ -24,7 +24,7 @@ struct RefineOptions {
   int max_rounds = 20;  ///< of graduated non-convexity
   /// Keyframes from which turns alone are asked first whether the path must be unwound, rather than
   /// the whole system: theirs is a third of it. The result is the same.
-  std::size_t turns_first = 50000;
+  std::size_t turns_first = 15000;
   /// The graph was refined before and few things changed since: factors are judged in or out from
   /// the solution there is, without a fresh start.
   bool refined_before = false;

@@ -81,7 +81,7 @@ class Rounds {
       cost = result.initial_cost;
     }
     const TurningStart start =
-        start_from_turns(graph_, *outcome_.equations, total(cost), many ? kLargestTurn : 0);
+        start_from_turns(graph_, *outcome_.equations, total(cost), many ? kTurnsPay : 0);
     outcome_.iterations += start.iterations;
     MinimizerResult result = minimize_once(options, {.follow_from_turn = start.far ? 0 : kBends});
     result.initial_cost = cost;

@@ -13,6 +13,9 @@ namespace lamina {
 /// distance.
 inline constexpr double kLargestTurn = 1.0;
 
+/// Where turns alone are asked first: they are gone on with from this on, rad. What they take is
+/// less than what the whole system would.
+inline constexpr double kTurnsPay = 0.3;
 /// A step that turns a keyframe by less, rad, does not bend the path worth following it.
 inline constexpr double kBends = 0.02;
 
