@@ -24,7 +24,7 @@ using Pair = std::pair<PlaneId, PlaneId>;
 
 // What lies between two outlines, in plan, and how far each of them reaches that way (m).
 struct Between {
-  Eigen::Vector2d a, b;
+  Eigen::Vector2d a = Eigen::Vector2d::Zero(), b = Eigen::Vector2d::Zero();
   double reach_a = 0, reach_b = 0;
   double length() const { return (b - a).norm(); }
 };
@@ -75,7 +75,7 @@ std::vector<Pair> find_hidden_doubles(const Graph& graph,
     if (nearer.beside(a, b)) continue;  // find_doubles()
     const Between gap = between(small, large);
     const double length = gap.length();
-    if (length < kNearest || length > kFarthest) continue;
+    if (!(length >= kNearest && length <= kFarthest)) continue;
     if (length > 2 * std::min(gap.reach_a, gap.reach_b)) continue;
     pairs.emplace_back(a, b);
     gaps.emplace_back(gap.a, gap.b);
