@@ -18,6 +18,7 @@ namespace {
 constexpr double kDegree = M_PI / 180.0;
 constexpr double kNearest = 0.3, kFarthest = 2.5;  // m in plan between two pieces
 constexpr double kMostOff = 0.3;                   // m: one wall stands no further apart
+constexpr double kOneStorey = 0.5;                 // m in height between them
 constexpr double kOpen = 0.1;  // share of what lies between that was looked through, at most
 
 using Pair = std::pair<PlaneId, PlaneId>;
@@ -26,6 +27,7 @@ using Pair = std::pair<PlaneId, PlaneId>;
 struct Between {
   Eigen::Vector2d a = Eigen::Vector2d::Zero(), b = Eigen::Vector2d::Zero();
   double reach_a = 0, reach_b = 0;
+  double height = 0;  // that one of them ends above or below the other
   double length() const { return (b - a).norm(); }
 };
 
@@ -36,6 +38,18 @@ double extent(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector2d&
     high = std::max(high, direction.dot(p.head<2>()));
   }
   return high - low;
+}
+
+// Between the lowest of the one and the highest of the other, 0 where both are at one height.
+double height_between(const std::vector<Eigen::Vector3d>& a,
+                      const std::vector<Eigen::Vector3d>& b) {
+  const auto lower = [](const Eigen::Vector3d& p, const Eigen::Vector3d& q) {
+    return p.z() < q.z();
+  };
+  if (a.empty() || b.empty()) return 0;
+  const auto [low_a, high_a] = std::minmax_element(a.begin(), a.end(), lower);
+  const auto [low_b, high_b] = std::minmax_element(b.begin(), b.end(), lower);
+  return std::max({0.0, low_a->z() - high_b->z(), low_b->z() - high_a->z()});
 }
 
 Between between(const PlaneLandmark& a, const PlaneLandmark& b) {
@@ -50,6 +64,7 @@ Between between(const PlaneLandmark& a, const PlaneLandmark& b) {
       result.a = p.head<2>(), result.b = q.head<2>();
     }
   }
+  result.height = height_between(of_a, of_b);
   const Eigen::Vector2d direction = (result.b - result.a).normalized();
   result.reach_a = extent(of_a, direction), result.reach_b = extent(of_b, direction);
   return result;
@@ -72,11 +87,11 @@ std::vector<Pair> find_hidden_doubles(const Graph& graph,
         !(std::abs(large.plane_map().signed_distance(near.middle(a))) <= kMostOff)) {
       continue;
     }
-    if (nearer.beside(a, b)) continue;  // find_doubles()
     const Between gap = between(small, large);
     const double length = gap.length();
     if (!(length >= kNearest && length <= kFarthest)) continue;
-    if (length > 2 * std::min(gap.reach_a, gap.reach_b)) continue;
+    if (length > 2 * std::min(gap.reach_a, gap.reach_b) || gap.height > kOneStorey) continue;
+    if (nearer.beside(a, b)) continue;  // find_doubles()
     pairs.emplace_back(a, b);
     gaps.emplace_back(gap.a, gap.b);
   }

@@ -58,6 +58,7 @@ Mapper::Mapper(const MapperOptions& options, MapState map) : Mapper(options) {
   surfels_ = std::move(map.surfels);
   loose_body_ = std::move(map.loose_body);
   mounting_doubt_ = map.mounting_doubt;
+  if (!graph_.keyframes.empty()) condensed_ = graph_.keyframes.back().id;
   doubt_wheels(map.wheel_doubt);
 }
 

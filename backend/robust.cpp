@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <lamina/backend/consensus.hpp>
 #include <lamina/backend/plane_refit.hpp>
@@ -69,27 +70,33 @@ class Rounds {
   /// by turns at once, whose system is smaller.
   bool run_unwinding(const MinimizerOptions& options, std::size_t turns_first) {
     renew();
-    const bool many = graph_.keyframes.size() >= turns_first;
     CostByType cost{};
-    if (many) {
+    bool far = false;
+    if (graph_.keyframes.size() >= turns_first) {
       cost = outcome_.equations->cost();
-    } else {
+      far = unwind(cost, kTurnsPay);
+    }
+    if (!far) {
       const MinimizerResult result =
           minimize_once(options, {.largest_first_turn = kLargestTurn, .follow_from_turn = kBends});
       if (!result.turns_too_far) return take(result);
       outcome_.iterations += result.iterations;
       cost = result.initial_cost;
+      unwind(cost, 0);
     }
-    const TurningStart start =
-        start_from_turns(graph_, *outcome_.equations, total(cost), many ? kTurnsPay : 0);
-    outcome_.iterations += start.iterations;
-    MinimizerResult result = minimize_once(options, {.follow_from_turn = start.far ? 0 : kBends});
+    MinimizerResult result = minimize_once(options, {.follow_from_turn = 0});
     result.initial_cost = cost;
     return take(result);
   }
   void write() { outcome_.equations->write(graph_); }
 
  private:
+  bool unwind(const CostByType& cost, double least_turn) {
+    const TurningStart start =
+        start_from_turns(graph_, *outcome_.equations, total(cost), least_turn);
+    outcome_.iterations += start.iterations;
+    return start.far;
+  }
   bool take(const MinimizerResult& result) {
     outcome_.iterations += result.iterations;
     outcome_.status = result.status;
@@ -291,8 +298,11 @@ RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
   RobustOutcome outcome;
   Rounds rounds(graph, outcome, progress);
   MinimizerOptions plain = options.minimizer;
+  // What was refined before needs no unwinding, as a rule.
+  const std::size_t turns_first =
+      options.refined_before ? std::numeric_limits<std::size_t>::max() : options.turns_first;
   if (!options.robust) {
-    rounds.run_unwinding(plain, options.turns_first);
+    rounds.run_unwinding(plain, turns_first);
     rounds.write();
     return outcome;
   }
@@ -303,7 +313,7 @@ RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
   if (!named_wrong) {
     const GraphStates start = states_of(graph);
     plain.max_rejections = kMostRejections;
-    if (rounds.run_unwinding(plain, options.turns_first)) {
+    if (rounds.run_unwinding(plain, turns_first)) {
       verdict = judge(outcome.equations->chi_squared(), options.inlier_chi2);
       if (verdict == Verdict::kContradiction) put_back(start, graph);
       if (verdict == Verdict::kConsistent && doubted_before) verdict = Verdict::kFewOutliers;

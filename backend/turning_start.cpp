@@ -12,6 +12,7 @@ GraphStates states_of(const Graph& graph) {
   GraphStates states;
   for (const Keyframe& k : graph.keyframes) states.poses.push_back(k.T_map_body);
   for (const PlaneLandmark& p : graph.planes) states.planes.push_back(p.plane_anchor);
+  for (const SurfelLandmark& s : graph.surfels) states.surfels.push_back(s.state);
   for (const Extrinsics& e : graph.extrinsics) states.sensors.push_back(e.state);
   return states;
 }
@@ -22,6 +23,9 @@ void put_back(const GraphStates& states, Graph& graph) {
   }
   for (std::size_t i = 0; i < states.planes.size(); ++i) {
     if (graph.planes[i].active) graph.planes[i].set_plane_anchor(states.planes[i]);
+  }
+  for (std::size_t i = 0; i < states.surfels.size(); ++i) {
+    graph.surfels[i].state = states.surfels[i];
   }
   for (std::size_t i = 0; i < states.sensors.size(); ++i) {
     graph.extrinsics[i].state = states.sensors[i];
@@ -39,8 +43,14 @@ TurningStart start_from_turns(Graph& graph, NormalEquations& all, double cost, d
     options.initial_damping = 1e-9;     // with none the first step of 100,000 poses overshoots
     // What a step's model was wrong by is about what the next one can still gain.
     double cost_before = std::numeric_limits<double>::infinity();
+    bool asked = !(least_turn > 0);
+    start.far = asked;
     const auto go_on = [&](const Iteration& it) {
-      if (it.number == 1) start.far = it.largest_turn >= least_turn;
+      if (!asked && it.largest_turn > 0) {  // the first system that could be solved
+        asked = true;
+        start.far = it.largest_turn >= least_turn;
+      }
+      if (!asked) return true;
       const double wrong = std::abs(it.predicted_decrease - (cost_before - it.cost));
       cost_before = it.cost;
       return start.far && !(it.accepted && wrong < options.relative_tolerance * it.cost);

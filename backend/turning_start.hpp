@@ -19,11 +19,11 @@ inline constexpr double kTurnsPay = 0.3;
 /// A step that turns a keyframe by less, rad, does not bend the path worth following it.
 inline constexpr double kBends = 0.02;
 
-/// What a solver moves, without surfels.
+/// What a solver moves.
 struct GraphStates {
   std::vector<SE3> poses;
   std::vector<Plane> planes;
-  std::vector<Eigen::Vector3d> sensors;
+  std::vector<Eigen::Vector3d> surfels, sensors;
 };
 GraphStates states_of(const Graph& graph);
 /// Of the same graph: nothing was added or removed since.
@@ -37,9 +37,9 @@ struct TurningStart {
 /// Turns alone are a benign problem however long the path is: rotations between keyframes and tilts
 /// of planes, solved from where they are by Gauss-Newton on the manifold (from nothing, as chordal
 /// relaxation does, the solution fades along the path). With the turns held, positions and
-/// distances are a linear problem: one system. Surfels stay as they are. `all`: of the graph as it
-/// is, `cost` its cost; both go on from the start, or are as they were when the cost did not fall
-/// or the first step turned nothing by more than `least_turn` (rad).
+/// distances are a linear problem: one system, surfels' heights among them. `all`: of the graph as
+/// it is, `cost` its cost; both go on from the start, or are as they were when the cost did not
+/// fall or the first step turned nothing by more than `least_turn` (rad).
 TurningStart start_from_turns(Graph& graph, NormalEquations& all, double cost,
                               double least_turn = 0);
 
