@@ -15,7 +15,7 @@
 namespace lamina::apps {
 namespace {
 
-constexpr io::SealedKind kKind{"LAMINACP", 25, "a checkpoint of `lamina map`"};
+constexpr io::SealedKind kKind{"LAMINACP", 26, "a checkpoint of `lamina map`"};
 
 constexpr std::size_t kMostPending = 4 << 20;  // bytes
 
@@ -170,9 +170,11 @@ void Checkpoint::save(const FrontEnd& front_end, const LoopCloser& closer) {
   const auto begin = Clock::now();
   append_journal();
   ::fsync(journal_);
-  ArchiveWriter archive;
-  archive(Header{identity_, measurements_, journal_bytes_, journal_sum_}, front_end, closer);
-  io::write_sealed(folder_ / "state", kKind, archive.bytes());
+  io::write_sealed(folder_ / "state", kKind, [&](const ArchiveWriter::Put& put) {
+    ArchiveWriter archive(put);
+    archive(Header{identity_, measurements_, journal_bytes_, journal_sum_}, front_end, closer);
+    archive.flush();
+  });
   last_ = Clock::now();
   seconds_ += std::chrono::duration<double>(last_ - begin).count();
   ++saves_;

@@ -325,8 +325,9 @@ void MapOutput::write(const Mapper& mapper, bool online) {
   map.edges.insert(map.edges.end(), rims.begin(), rims.end());
   {
     const auto timer = metrics.time("sights");
-    sights_.withdraw(map, trajectory, settings_.grid_resolution,
-                     [this](const auto& take) { for_each_scan(take); });
+    sights_.withdraw(
+        map, trajectory, settings_.grid_resolution,
+        [this](const auto& take) { for_each_scan(take); }, settings_.threads);
   }
   {
     const auto timer = metrics.time("write");

@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <future>
 #include <utility>
+
+#include <lamina/apps/ordered_batch.hpp>
 
 namespace lamina::apps {
 namespace {
@@ -44,36 +45,26 @@ std::vector<OccupancyBeam> beams_of(const LaserScan& scan, const SE3& T_map_lida
   return beams;
 }
 
-// Scans that wait until there are enough of them to be worth a thread. What they touch is worked
-// out by all threads, and taken in their order: the same cells for any number of them.
+// Scans whose cells all threads work out, taken in their order.
 class Batch {
  public:
-  explicit Batch(int threads) : cells_(static_cast<std::size_t>(std::max(1, threads))) {}
+  explicit Batch(int threads) : scans_(threads), cells_(scans_.threads()) {}
 
   void add(OccupancyGrid& grid, const SE3& T_map_scan, std::vector<OccupancyBeam> beams,
            double ground, const OccupancyGrid* first_grid) {
-    scans_.push_back({T_map_scan, std::move(beams), ground, first_grid, {}});
-    if (scans_.size() >= kScans * cells_.size()) take_into(grid);
+    scans_.add({T_map_scan, std::move(beams), ground, first_grid, {}});
+    if (scans_.full()) take_into(grid);
   }
 
   void take_into(OccupancyGrid& grid) {
-    const auto work = [&](std::size_t k) {
-      for (std::size_t i = k; i < scans_.size(); i += cells_.size()) {
-        Scan& s = scans_[i];
-        s.touches = grid.touches(s.T_map_scan, s.beams, s.ground, s.first_grid, cells_[k]);
-      }
-    };
-    std::vector<std::future<void>> others;
-    for (std::size_t k = 1; k < cells_.size(); ++k)
-      others.push_back(std::async(std::launch::async, work, k));
-    work(0);
-    for (auto& other : others) other.get();
-    for (const Scan& scan : scans_) grid.take(scan.touches);
-    scans_.clear();
+    scans_.run(
+        [&](Scan& s, std::size_t thread) {
+          s.touches = grid.touches(s.T_map_scan, s.beams, s.ground, s.first_grid, cells_[thread]);
+        },
+        [&](const Scan& s) { grid.take(s.touches); });
   }
 
  private:
-  static constexpr std::size_t kScans = 32;  // for each thread
   struct Scan {
     SE3 T_map_scan;
     std::vector<OccupancyBeam> beams;
@@ -81,7 +72,7 @@ class Batch {
     const OccupancyGrid* first_grid;
     std::vector<CellTouch> touches;
   };
-  std::vector<Scan> scans_;
+  OrderedBatch<Scan> scans_;
   std::vector<TouchedCells> cells_;  // of each thread
 };
 

@@ -5,11 +5,15 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <lamina/apps/ground_hits.hpp>
 #include <lamina/apps/movers.hpp>
+#include <lamina/apps/ordered_batch.hpp>
 #include <lamina/apps/place_votes.hpp>
 #include <lamina/apps/plane_squares.hpp>
 #include <lamina/apps/scan_sight.hpp>
@@ -127,55 +131,84 @@ struct Seen {
 // Asks every look, and every scan that is no look made flat, of the places in its reach.
 class Lookers {
  public:
-  Lookers(const io::Spool& looks, const SightVotes::ForEachScan& scans, const Trajectory& path)
-      : looks_(looks), scans_(scans), path_(path) {}
+  Lookers(const io::Spool& looks, const SightVotes::ForEachScan& scans, const Trajectory& path,
+          int threads)
+      : looks_(looks), scans_(scans), path_(path), threads_(threads) {}
 
-  /// take(Seen).
+  /// take(Seen), in order; what they see is worked out by all threads.
   template <class Take>
   void ask(PlaceColumns& columns, const Take& take) const {
-    looks_.for_each([&](std::string_view bytes) {
-      io::SeenDepth seen;
-      ArchiveReader archive(bytes);
-      archive(seen);
-      const DepthLook& look = seen.look;
-      const double square = 1 / static_cast<double>(std::min(look.fx, look.fy));
-      const auto in_view = [&look](const Eigen::Vector3d& p, double radius) {
-        return may_see(look, p, radius);
-      };
-      ask_one(columns, seen.stamp, seen.T_body_camera, reach_of(look), look.pixel, take, in_view,
-              [&look, square](const Eigen::Vector3d& p) {
-                return PlaceSight{look.at(p, kRadius), p.z(), kRadius + square * p.z()};
-              });
-    });
+    constexpr std::size_t kEach = 8;  // what each sees is large
+    OrderedBatch<Asked> batch(threads_, kEach);
+    const auto run = [&] {
+      batch.run([&](Asked& asked, std::size_t) { answer(columns, asked); },
+                [&](const Asked& asked) {
+                  if (asked.placed) take(asked.seen);
+                });
+    };
+    const auto add = [&](Asked asked) {
+      batch.add(std::move(asked));
+      if (batch.full()) run();
+    };
+    looks_.for_each([&](std::string_view bytes) { add({.look = std::string(bytes)}); });
     std::optional<Timestamp> last;
-    if (!scans_) return;
-    scans_([&](const io::KeptScan& kept) {
-      const LaserScan& scan = kept.scan;
-      if (kept.from_depth || (last && std::abs(scan.stamp - *last) < kInterval)) return;
-      last = scan.stamp;
-      const auto in_plane = [](const Eigen::Vector3d& p, double radius) {
-        return std::abs(p.z()) <= radius;
-      };
-      ask_one(columns, scan.stamp, scan.lidar.T_body_lidar, kFarthest, scan.angle_increment, take,
-              in_plane, [&scan](const Eigen::Vector3d& p) {
-                return PlaceSight{sight_of(scan, p, kRadius), p.head<2>().norm(), kRadius};
-              });
-    });
+    if (scans_) {
+      scans_([&](const io::KeptScan& kept) {
+        const LaserScan& scan = kept.scan;
+        if (kept.from_depth || (last && std::abs(scan.stamp - *last) < kInterval)) return;
+        last = scan.stamp;
+        add({.scan = scan});
+      });
+    }
+    run();
   }
 
  private:
-  template <class Take, class InView, class SightOf>
-  void ask_one(PlaceColumns& columns, Timestamp stamp, const SE3& T_body_sensor, double reach,
-               double pixel, const Take& take, const InView& in_view,
-               const SightOf& sight_of_place) const {
-    const auto T_map_body = path_.at(stamp);
-    if (!T_map_body) return;
+  struct Asked {
+    std::string look = {};               // its archive; empty: a scan
+    std::optional<LaserScan> scan = {};  // otherwise
+    Seen seen = {};
+    bool placed = false;  // the path says where it was
+  };
+
+  void answer(PlaceColumns& columns, Asked& asked) const {
+    asked.placed = asked.scan ? look_by_scan(columns, *asked.scan, asked.seen)
+                              : look_by_image(columns, asked.look, asked.seen);
+  }
+
+  bool look_by_image(PlaceColumns& columns, const std::string& bytes, Seen& seen) const {
+    io::SeenDepth depth;
+    ArchiveReader archive(bytes);
+    archive(depth);
+    const DepthLook& look = depth.look;
+    const double square = 1 / static_cast<double>(std::min(look.fx, look.fy));
+    seen.stamp = depth.stamp;
+    seen.pixel = look.pixel;
+    return ask_near(
+        columns, depth.T_body_camera, reach_of(look), seen,
+        [&look](const Eigen::Vector3d& p, double radius) { return may_see(look, p, radius); },
+        [&look, square](const Eigen::Vector3d& p) {
+          return PlaceSight{look.at(p, kRadius), p.z(), kRadius + square * p.z()};
+        });
+  }
+
+  bool look_by_scan(PlaceColumns& columns, const LaserScan& scan, Seen& seen) const {
+    seen.stamp = scan.stamp;
+    seen.pixel = scan.angle_increment;
+    return ask_near(
+        columns, scan.lidar.T_body_lidar, kFarthest, seen,
+        [](const Eigen::Vector3d& p, double radius) { return std::abs(p.z()) <= radius; },
+        [&scan](const Eigen::Vector3d& p) {
+          return PlaceSight{sight_of(scan, p, kRadius), p.head<2>().norm(), kRadius};
+        });
+  }
+
+  template <class InView, class SightOf>
+  bool ask_near(PlaceColumns& columns, const SE3& T_body_sensor, double reach, Seen& seen,
+                const InView& in_view, const SightOf& sight_of_place) const {
+    const auto T_map_body = path_.at(seen.stamp);
+    if (!T_map_body) return false;
     const SE3 T_map_sensor = *T_map_body * T_body_sensor, T_sensor_map = T_map_sensor.inverse();
-    Seen& seen = seen_;
-    seen.stamp = stamp;
-    seen.pixel = pixel;
-    seen.columns.clear();
-    seen.places.clear();
     columns.for_each_near(T_map_sensor.translation(), reach, [&](PlaceColumn& column) {
       const Eigen::Vector3d first = column.at_map(0), last = column.at_map(column.size() - 1);
       const double radius = 0.5 * (last - first).norm() + kRadius;
@@ -192,13 +225,13 @@ class Lookers {
         seen.places.resize(begin);
       }
     });
-    take(seen);
+    return true;
   }
 
   const io::Spool& looks_;
   const SightVotes::ForEachScan& scans_;
   const Trajectory& path_;
-  mutable Seen seen_;  // its memory, from look to look
+  int threads_;
 };
 
 // Laid where it was made: of the large walls in its view, as others met them, it went past less
@@ -256,7 +289,7 @@ void SightVotes::add(Timestamp stamp, const DepthLook& look, const SE3& T_body_c
 }
 
 void SightVotes::withdraw(PlanarMap& map, const Trajectory& trajectory, double resolution,
-                          const ForEachScan& for_each_scan) const {
+                          const ForEachScan& for_each_scan, int threads) const {
   if (looks_.size() == 0) return;
   PlaceColumns columns;
   const LoosePoints loose(map.loose_points, resolution, columns);
@@ -266,7 +299,7 @@ void SightVotes::withdraw(PlanarMap& map, const Trajectory& trajectory, double r
       squares.try_emplace(plane.id, plane, plane.area > kPerson, columns);
   }
   if (columns.empty()) return;
-  ask_all({looks_, for_each_scan, trajectory}, columns);
+  ask_all({looks_, for_each_scan, trajectory, threads}, columns);
   const GroundHits ground(map.planes, GroundHits::Of::kAnyMap);
   PlaneSquares::Count large;
   for (const MapPlane& plane : map.planes) {

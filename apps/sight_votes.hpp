@@ -27,8 +27,9 @@ class SightVotes {
   /// again (where something was met in passing alone, an end of knowledge is left); upright planes
   /// no larger than people of which more squares of 10 cm are no wall than are, ground beside
   /// their foot left out. Nothing where a tenth of the large ones is no wall: the path is wrong.
+  /// The same for any number of threads.
   void withdraw(PlanarMap& map, const Trajectory& trajectory, double resolution,
-                const ForEachScan& for_each_scan = {}) const;
+                const ForEachScan& for_each_scan = {}, int threads = 1) const;
 
   /// All that was added (archived io::SeenDepth), for sessions, and back.
   const io::Spool& seen() const { return looks_; }

@@ -185,6 +185,7 @@ void Mapper::gather(Step& step) {
   }
   if (step.result.is_keyframe || !loose_body_.count(keyframe_)) {
     auto& loose = loose_body_[keyframe_];
+    loose.reserve(loose.size() + step.observations.obstacle_points_body.size());  // and no more
     for (const auto& p : step.observations.obstacle_points_body) {
       if (p.allFinite()) loose.push_back(T * p);
     }

@@ -46,6 +46,7 @@ struct MergeRecord {
   std::vector<PlaneMomentsFactor> factors;
   std::vector<OutlinePiece> outlines;
   std::vector<MarginalPrior> priors;
+  bool stood = false;  ///< through a refine()
 };
 
 class Mapper {
@@ -93,7 +94,8 @@ class Mapper {
   void condense_floor(double radius_m = 1);
   /// The same for what came since, and since this was last asked: keyframes that follow each other
   /// hang together well enough wherever the next refine() puts them, not with what was there
-  /// before. To be asked every few metres.
+  /// before. And for what keyframes that went left to older ones which the last refine() laid out.
+  /// To be asked every few metres.
   void condense_newest_floor(double radius_m = 1);
   /// Takes out keyframes that had to stay when they left the window, as planes of theirs were new:
   /// asked once more, when planes that turned out to be one are merged.
@@ -111,7 +113,8 @@ class Mapper {
   void move(const SE3& T_new_map);
 
   /// Takes a merge back: `from` is a plane of its own again with the evidence it had. False when it
-  /// was not merged. What the window's prior has taken in stays with the other plane.
+  /// was not merged, or that has stood through two refine(). What the window's prior has taken in
+  /// stays with the other plane.
   bool undo_merge(PlaneId from);
 
   SE3 current_pose() const;             ///< T_map_body at the last add()
@@ -214,6 +217,8 @@ class Mapper {
   const Keyframe* nearest_older(const Keyframe& keyframe) const;
   bool stands_in(const Keyframe& other, const Keyframe& keyframe) const;
   bool retire(KeyframeId id);
+  std::vector<KeyframeId> laid_out_floor() const;
+  void condense_floor_about(const std::set<KeyframeId>& keyframes, double radius_m);
   void remake_outlines();
   MapPlane map_plane(const PlaneLandmark& plane) const;
 
@@ -248,6 +253,7 @@ class Mapper {
   std::int64_t keyframes_made_ = 0;
   KeyframeId refined_ = KeyframeId::kNone;    // the newest at the last refine()
   KeyframeId condensed_ = KeyframeId::kNone;  // the newest whose floor is condensed
+  std::set<KeyframeId> heirs_;                // given floor of keyframes that went, since then
 };
 
 }  // namespace lamina

@@ -2,6 +2,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <lamina/backend/loop_agreement.hpp>
 #include <lamina/backend/mapper.hpp>
@@ -226,6 +227,8 @@ RefineResult Mapper::refine(const RefineOptions& options,
   RefineResult result = lamina::refine(graph_, options, progress);
   if (result.status != SolveStatus::kCancelled && result.status != SolveStatus::kInvalidInput) {
     result = settle_planes(std::move(result), options, progress);
+    std::erase_if(merges_, [](const auto& merge) { return merge.second.stood; });
+    for (auto& [id, record] : merges_) record.stood = true;
   }
   drop_unsupported();
   refined_ = keyframe_;
@@ -332,6 +335,7 @@ bool Mapper::retire(KeyframeId id) {
   frames_.hand_over(id, into, T_stand_gone);
   left_window_.erase(id);  // its frames take the stand-in's
   surfels_.hand_over(id, into, T_stand_gone);
+  heirs_.insert(into);
   loose_body_.erase(id);
   for (auto& [plane, pieces] : outlines_) {
     std::erase_if(pieces, [id](const OutlinePiece& p) { return p.keyframe == id; });

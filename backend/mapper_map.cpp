@@ -133,20 +133,52 @@ MapPlane Mapper::map_plane(const PlaneLandmark& plane) const {
   return result;
 }
 
+// Keyframes with floor that lie where the last refinement put them: what came after it does not lie
+// where the next one will.
+std::vector<KeyframeId> Mapper::laid_out_floor() const {
+  std::vector<KeyframeId> result = surfels_.keyframes();
+  std::erase_if(result, [this](KeyframeId id) { return id > refined_ || window_.contains(id); });
+  return result;
+}
+
 void Mapper::condense_floor(double radius_m) {
-  // What came after the last refinement does not lie where the next one will put it.
-  std::vector<KeyframeId> laid_out = surfels_.keyframes();
-  std::erase_if(laid_out, [this](KeyframeId id) { return id > refined_ || window_.contains(id); });
-  surfels_.condense(graph_, laid_out, radius_m);
+  surfels_.condense(graph_, laid_out_floor(), radius_m);
+  heirs_.clear();
 }
 
 void Mapper::condense_newest_floor(double radius_m) {
+  condense_floor_about(std::exchange(heirs_, {}), radius_m);
+  // Those before them see the same floor: as many as reach as far as the camera does.
+  constexpr std::int64_t kSeam = 25;  // some 10 m
+  const auto last = static_cast<std::int64_t>(condensed_);
+  const KeyframeId known =
+      std::max(refined_, static_cast<KeyframeId>(std::max<std::int64_t>(-1, last - kSeam)));
   std::vector<KeyframeId> newest = surfels_.keyframes();
-  const KeyframeId known = std::max(refined_, condensed_);
   std::erase_if(newest, [&](KeyframeId id) { return id <= known || window_.contains(id); });
-  if (newest.empty()) return;
+  if (newest.empty() || newest.back() <= condensed_) return;
   surfels_.condense(graph_, newest, radius_m);
   condensed_ = newest.back();
+}
+
+// What these hold, with that of others which see the same floor.
+void Mapper::condense_floor_about(const std::set<KeyframeId>& keyframes, double radius_m) {
+  double reach = 0;
+  std::vector<Eigen::Vector3d> places;
+  for (const KeyframeId id : keyframes) {
+    const Keyframe* keyframe = graph_.find(id);
+    if (keyframe == nullptr || id > refined_) continue;
+    places.push_back(keyframe->T_map_body.translation());
+    reach = std::max(reach, surfels_.reach(id));
+  }
+  if (places.empty()) return;
+  std::vector<KeyframeId> about = laid_out_floor();
+  std::erase_if(about, [&](KeyframeId id) {
+    const Keyframe* keyframe = graph_.find(id);
+    return keyframe == nullptr || std::none_of(places.begin(), places.end(), [&](const auto& p) {
+             return (keyframe->T_map_body.translation() - p).norm() < 2 * reach;
+           });
+  });
+  surfels_.condense(graph_, about, radius_m);
 }
 
 void Mapper::know_covariances() {

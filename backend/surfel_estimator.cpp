@@ -144,6 +144,15 @@ std::size_t SurfelEvidence::size() const {
   return sum;
 }
 
+double SurfelEvidence::reach(KeyframeId keyframe) const {
+  const auto it = evidence_.find(keyframe);
+  double farthest = 0;
+  if (it == evidence_.end()) return farthest;
+  for (const auto& [square, moments] : it->second)
+    farthest = std::max(farthest, moments.mean().norm());
+  return farthest;
+}
+
 std::vector<KeyframeId> SurfelEvidence::keyframes() const {
   std::vector<KeyframeId> result;
   for (const auto& [keyframe, squares] : evidence_) result.push_back(keyframe);

@@ -40,6 +40,8 @@ class SurfelEvidence {
   /// is that of the floor, however often it was seen.
   void condense(const Graph& graph, const std::vector<KeyframeId>& keyframes, double radius_m);
   std::size_t size() const;
+  /// m, from the keyframe to the farthest of its evidence; 0 without any.
+  double reach(KeyframeId keyframe) const;
   /// Those that have evidence, in order of their ids.
   std::vector<KeyframeId> keyframes() const;
   /// The floor by the keyframes' present poses. Parents: planes within level_gap_m of the evidence

@@ -28,7 +28,11 @@ std::string session_content(const Session& session) {
 }
 
 void write_session(const std::filesystem::path& file, const Session& session) {
-  write_sealed(file, kKind, session_content(session));
+  write_sealed(file, kKind, [&](const ArchiveWriter::Put& put) {
+    ArchiveWriter archive(put);
+    archive(session);
+    archive.flush();
+  });
 }
 
 // The members in the order of fields(Session), the lists item by item.
@@ -36,21 +40,16 @@ void write_session(const std::filesystem::path& file, const Session& session,
                    const SessionLists& lists) {
   LAMINA_CHECK(session.scans.empty() && session.rims.empty() && session.ground.empty() &&
                session.sights.empty());
-  write_sealed(file, kKind, [&](const std::function<void(std::string_view)>& put) {
-    {
-      ArchiveWriter head;
-      head(session.settings, session.online, session.parts, session.map);
-      put(head.bytes());
-    }
+  write_sealed(file, kKind, [&](const ArchiveWriter::Put& put) {
+    ArchiveWriter archive(put);
+    archive(session.settings, session.online, session.parts, session.map);
     for (const Spool* list : {&lists.scans, &lists.rims, &lists.ground, &lists.sights}) {
-      ArchiveWriter count;
-      count(list->size());
-      put(count.bytes());
+      archive(list->size());
+      archive.flush();
       list->for_each(put);
     }
-    ArchiveWriter tail;
-    tail(session.before, session.counts, session.skipped);
-    put(tail.bytes());
+    archive(session.before, session.counts, session.skipped);
+    archive.flush();
   });
 }
 

@@ -9,7 +9,7 @@
 namespace lamina::io {
 namespace {
 
-constexpr std::size_t kPending = 1 << 20, kBlock = 1 << 20;
+constexpr std::size_t kPending = 1 << 18, kBlock = 1 << 20;
 using Length = std::uint64_t;
 
 // Takes whole items off the front of `bytes`.

@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <cstring>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <set>
@@ -29,14 +30,24 @@ static_assert(std::endian::native == std::endian::little, "archives are little-e
 template <class T>
 inline constexpr bool kPlainValue = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 
+/// To memory, or piece by piece to where `put` takes them: what is written need not have room
+/// twice.
 class ArchiveWriter {
  public:
   static constexpr bool kReading = false;
+  using Put = std::function<void(std::string_view)>;
+  ArchiveWriter() = default;
+  /// To be ended by flush().
+  explicit ArchiveWriter(Put put) : put_(std::move(put)) {}
   template <class... T>
   void operator()(const T&... values) {
     (write(values), ...);
   }
+  /// What `put` has not been given.
   const std::string& bytes() const { return bytes_; }
+  void flush() {
+    if (put_) put_(std::exchange(bytes_, {}));
+  }
 
  private:
   template <class T>
@@ -100,7 +111,13 @@ class ArchiveWriter {
   }
   void append(const void* data, std::size_t size) {
     if (size > 0) bytes_.append(static_cast<const char*>(data), size);
+    if (put_ && bytes_.size() >= kPiece) {
+      put_(bytes_);
+      bytes_.clear();
+    }
   }
+  static constexpr std::size_t kPiece = 1 << 16;  // bytes
+  Put put_;
   std::string bytes_;
 };
 

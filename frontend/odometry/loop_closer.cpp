@@ -4,12 +4,15 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <lamina/frontend/odometry/look_alikes.hpp>
 #include <lamina/frontend/odometry/point_samples.hpp>
 
 namespace lamina {
 namespace {
+
+constexpr std::uint64_t kLeastPoints = 20;  // a submap of no more tells nothing
 
 Eigen::Vector3d difference(const PlanarPose& from, const PlanarPose& to) {
   const PlanarPose d = from.inverse() * to;
@@ -36,6 +39,7 @@ void LoopCloser::start_submap(Timestamp stamp) {
   const PlanarPose T_map_anchor =
       submaps_.empty() ? PlanarPose{}
                        : graph_.pose(static_cast<int>(submaps_.size()) - 1) * T_anchor_body_;
+  if (!submaps_.empty()) store_.add(std::exchange(newest_, {}));
   Submap submap;
   submap.stamp = stamp;
   submaps_.push_back(std::move(submap));
@@ -67,6 +71,7 @@ std::vector<LoopClosure> LoopCloser::add(const LaserScan& scan, const ScanMotion
       edge.T_from_to = before.T_anchor_end;
       edge.information = before.covariance.inverse();
       graph_.add_edge(edge);
+      pass(edge.from);
     }
   }
   const Submap& submap = submaps_.back();
@@ -91,8 +96,8 @@ void LoopCloser::extend_submap(const LaserScan& scan) {
   if (points.empty()) return;
   Submap& submap = submaps_.back();
   const auto moved = transformed(points, T_anchor_body_);
-  submap.points.insert(submap.points.end(), moved.begin(), moved.end());
-  submap.fans.push_back(sight_fan(points, scanner, T_anchor_body_));
+  newest_.points.insert(newest_.points.end(), moved.begin(), moved.end());
+  newest_.fans.push_back(sight_fan(points, scanner, T_anchor_body_));
   T_anchor_key_ = T_anchor_body_;
   ++key_scans_;
   submap.centre += (T_anchor_body_.translation() - submap.centre) / key_scans_;
@@ -101,9 +106,10 @@ void LoopCloser::extend_submap(const LaserScan& scan) {
 std::vector<LoopClosure> LoopCloser::complete_submap() {
   Submap& submap = submaps_.back();
   submap.T_anchor_end = T_anchor_body_;
-  submap.points = thinned(submap.points, options_.thin_cell);
-  submap.points.shrink_to_fit();
-  submap.fans.shrink_to_fit();
+  newest_.points = thinned(newest_.points, options_.thin_cell);
+  newest_.points.shrink_to_fit();
+  newest_.fans.shrink_to_fit();
+  submap.points = newest_.points.size();
   // A submap that came about in one place has had no step: its covariance must still invert.
   submap.covariance.diagonal() += Eigen::Vector3d(1e-8, 1e-8, 1e-8);
   return close(static_cast<int>(submaps_.size()) - 1);
@@ -115,7 +121,7 @@ std::vector<LoopCloser::Candidate> LoopCloser::candidates(int submap) const {
   std::vector<int> olds;
   for (int i = 0; i + options_.min_gap < submap; ++i) {
     const Submap& old = submaps_[static_cast<std::size_t>(i)];
-    if (old.points.size() > 20) olds.push_back(i);
+    if (old.points > kLeastPoints) olds.push_back(i);
   }
   const auto covariances = graph_.relative_covariances(olds, submap);
   std::vector<Candidate> all;
@@ -159,11 +165,11 @@ const LoopCloser::OldMap& LoopCloser::old_map(int submap, int newer) {
   map.submap = submap;
   std::vector<OrientedPoint> points;
   for (int i = std::max(0, submap - 1); i <= submap + 1 && i + 1 < newer; ++i) {
-    const Submap& part = submaps_[static_cast<std::size_t>(i)];
+    SubmapViews part = store_.views(static_cast<std::size_t>(i));
     const PlanarPose T = graph_.pose(submap).inverse() * graph_.pose(i);
     const auto moved = transformed(part.points, T);
     points.insert(points.end(), moved.begin(), moved.end());
-    for (SightFan fan : part.fans) {
+    for (SightFan& fan : part.fans) {
       fan.T_anchor_scanner = T * fan.T_anchor_scanner;
       map.fans.push_back(std::move(fan));
     }
@@ -172,12 +178,14 @@ const LoopCloser::OldMap& LoopCloser::old_map(int submap, int newer) {
   map.grid = search_grid(points);
   map.points = PointMap(std::move(points));
   cache_.push_back(std::move(map));
-  if (cache_.size() > 12) cache_.pop_front();
+  // Those of one submap's candidates: the next one, a few metres on, has others.
+  if (cache_.size() > static_cast<std::size_t>(std::max(1, options_.max_candidates)))
+    cache_.pop_front();
   return cache_.back();
 }
 
 std::optional<PlanarEdge> LoopCloser::match(const Candidate& candidate, int submap, double& score) {
-  const Submap& q = submaps_[static_cast<std::size_t>(submap)];
+  const SubmapViews& q = newest_;
   const OldMap& old = old_map(candidate.submap, submap);
   ++counts_.tried;
   const Eigen::Matrix3d& C = candidate.covariance;
@@ -257,18 +265,22 @@ bool LoopCloser::accept(const PlanarEdge& edge) {
 
 std::vector<LoopClosure> LoopCloser::close(int submap) {
   std::vector<LoopClosure> loops;
-  if (submaps_[static_cast<std::size_t>(submap)].points.size() < 20) return loops;
+  if (newest_.points.size() <= kLeastPoints) {
+    if (options_.visits > 0) let_go(submap);
+    return loops;
+  }
   for (const Candidate& candidate : candidates(submap)) {
     double score = 0;
     const auto edge = match(candidate, submap, score);
     if (edge && accept(*edge)) loops.push_back(lifted_loop(*edge, score));
   }
-  if (options_.visits > 0 && known_well(submap, loops.empty() ? 2 : 1)) {
-    Submap& known = submaps_[static_cast<std::size_t>(submap)];
-    known.points = std::vector<OrientedPoint>();  // = {} would keep their memory
-    known.fans = std::vector<SightFan>();
-  }
+  if (options_.visits > 0 && known_well(submap, loops.empty() ? 2 : 1)) let_go(submap);
   return loops;
+}
+
+void LoopCloser::let_go(int submap) {
+  submaps_[static_cast<std::size_t>(submap)].points = 0;
+  newest_ = SubmapViews();
 }
 
 // As many older submaps as are kept, `times` over, look at this place the same way.
@@ -279,7 +291,7 @@ bool LoopCloser::known_well(int submap, int times) const {
   std::vector<int> known;
   for (int i = 0; i + options_.min_gap < submap; ++i) {
     const Submap& old = submaps_[static_cast<std::size_t>(i)];
-    if (old.points.size() < 20) continue;
+    if (old.points <= kLeastPoints) continue;
     const double off = (graph_.pose(i) * old.centre - centre).norm();
     const double turn = std::abs((graph_.pose(i).inverse() * graph_.pose(submap)).yaw);
     if (off < options_.submap_length / 2 && turn < kSameHeading) known.push_back(i);
@@ -291,6 +303,49 @@ bool LoopCloser::known_well(int submap, int times) const {
   return std::all_of(covariances.begin(), covariances.end(), [most](const Eigen::Matrix3d& C) {
     return std::max(C(0, 0), C(1, 1)) < most * most;
   });
+}
+
+// A submap that was let go needs no node: the graph is as large as the place then, not as the way.
+// One that matched nothing is an edge from the node before it to the next one, exactly. One that
+// matched leaves the next one hung on the submap that it matched, where all that was known of it
+// has it, and as surely as that match and the way since say; the way there told something of the
+// node before it, though, where that is a kept one (`free_way_` false), and it stays.
+void LoopCloser::pass(int submap) {
+  constexpr double kDoubtful = 9;  // chi-squared of a match, 3 dof
+  if (options_.visits <= 0 || options_.keep_path) return;
+  const bool kept = submap == 0 || submaps_[static_cast<std::size_t>(submap)].points > 0;
+  if (kept) {
+    free_way_ = false;
+    return;
+  }
+  const PlanarEdge out = graph_.edges().back();
+  const PlanarEdge *in = nullptr, *match = nullptr;
+  for (const PlanarEdge& e : graph_.edges()) {
+    if (e.to != submap) continue;
+    if (!e.robust) {
+      in = &e;
+    } else if (!match || e.information.determinant() > match->information.determinant()) {
+      match = &e;
+    }
+  }
+  if (in == nullptr) return;
+  if (match && (!free_way_ || graph_.chi_squared(*match) > kDoubtful)) {
+    free_way_ = true;
+    return;
+  }
+  const PlanarEdge& by = match ? *match : *in;
+  const Eigen::Matrix3d Ad = out.T_from_to.inverse().adjoint();
+  PlanarEdge passing;
+  passing.from = by.from;
+  passing.to = out.to;
+  passing.T_from_to =
+      (match ? graph_.pose(by.from).inverse() * graph_.pose(submap) : by.T_from_to) * out.T_from_to;
+  passing.information = (Ad * (graph_.weight(by) * by.information).inverse() * Ad.transpose() +
+                         out.information.inverse())
+                            .inverse();
+  graph_.remove_node(submap);
+  graph_.add_edge(passing);
+  ++counts_.passed;
 }
 
 LoopClosure LoopCloser::lifted_loop(const PlanarEdge& edge, double score) const {
@@ -311,15 +366,7 @@ bool LoopCloser::starts_submap(Timestamp stamp) const {
   return at != submaps_.end() && at->stamp == stamp;
 }
 
-std::size_t LoopCloser::bytes() const {
-  std::size_t sum = 0;
-  for (const Submap& submap : submaps_) {
-    sum += submap.points.capacity() * sizeof(OrientedPoint) +
-           submap.fans.capacity() * sizeof(SightFan);
-    for (const SightFan& fan : submap.fans) sum += fan.nearest.capacity() * sizeof(float);
-  }
-  return sum;
-}
+std::size_t LoopCloser::bytes() const { return lamina::bytes(newest_) + store_.bytes(); }
 
 std::vector<LoopClosure> LoopCloser::finish() {
   if (submaps_.empty()) return {};

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <filesystem>
 #include <optional>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include <lamina/frontend/odometry/planar_pose_graph.hpp>
 #include <lamina/frontend/odometry/scan_odometry.hpp>
 #include <lamina/frontend/odometry/submap.hpp>
+#include <lamina/frontend/odometry/submap_store.hpp>
 #include <lamina/models/trajectory.hpp>
 
 namespace lamina {
@@ -38,7 +40,8 @@ struct LoopCloserOptions {
   /// A match between submaps is off by this at best (their own bend): m, rad, 1-sigma.
   double sigma_translation = 0.02, sigma_rotation = 0.004;
   /// Submaps kept of one place and heading; a later one that matched is let go, and one that did
-  /// not (a place that looks like another) when there are twice as many. 0: all are kept.
+  /// not (a place that looks like another) when there are twice as many. 0: all are kept. What is
+  /// let go leaves the graph, too, without keep_path.
   int visits = 0;
   bool keep_path = true;  ///< every scan's pose, for corrected()
 };
@@ -63,6 +66,9 @@ void fields(A& a, LoopClosure& v) {
 class LoopCloser {
  public:
   explicit LoopCloser(const LoopCloserOptions& options = {});
+  /// What submaps saw goes to a file without a name in this folder; loops are the same. To be
+  /// called before anything else.
+  void keep_submaps_in(const std::filesystem::path& folder) { store_.keep_in(folder); }
   std::vector<LoopClosure> add(const LaserScan& scan, const ScanMotion& motion);
   /// Completes the last submap and looks for older ones of its place.
   std::vector<LoopClosure> finish();
@@ -74,22 +80,24 @@ class LoopCloser {
   bool starts_submap(Timestamp stamp) const;
   struct Counts {
     int submaps = 0, tried = 0, found = 0, ambiguous = 0, unmatched = 0, open_direction = 0,
-        contradicted = 0, inconsistent = 0, accepted = 0;
+        contradicted = 0, inconsistent = 0, accepted = 0, passed = 0;
     template <class A>
     friend void fields(A& a, Counts& v) {
       a(v.submaps, v.tried, v.found, v.ambiguous, v.unmatched, v.open_direction, v.contradicted,
-        v.inconsistent, v.accepted);
+        v.inconsistent, v.accepted, v.passed);
     }
   };
   const Counts& counts() const { return counts_; }
-  /// Memory that the points and views of all submaps hold.
+  /// Poses that are estimated.
+  int estimated() const { return graph_.estimated(); }
+  /// Memory that the points and views of submaps hold.
   std::size_t bytes() const;
 
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
   friend void fields(A& a, LoopCloser& v) {
-    a(v.submaps_, v.graph_, v.scans_, v.cache_, v.T_anchor_body_, v.T_anchor_key_, v.key_scans_,
-      v.counts_);
+    a(v.submaps_, v.newest_, v.store_, v.graph_, v.scans_, v.cache_, v.T_anchor_body_,
+      v.T_anchor_key_, v.key_scans_, v.free_way_, v.counts_);
     if constexpr (A::kReading) v.remake_grids();
   }
 
@@ -131,16 +139,21 @@ class LoopCloser {
   std::optional<PlanarEdge> match(const Candidate& candidate, int submap, double& score);
   bool accept(const PlanarEdge& edge);
   bool known_well(int submap, int times) const;
+  void let_go(int submap);
+  void pass(int submap);
   std::vector<LoopClosure> close(int submap);
   LoopClosure lifted_loop(const PlanarEdge& edge, double score) const;
 
   LoopCloserOptions options_;
   std::vector<Submap> submaps_;
+  SubmapViews newest_;  // of the last submap
+  SubmapStore store_;   // of those before it
   PlanarPoseGraph graph_;
   std::vector<ScanPose> scans_;
   std::deque<OldMap> cache_;
   PlanarPose T_anchor_body_, T_anchor_key_;
   int key_scans_ = 0;
+  bool free_way_ = false;  // no kept submap is held by the edge that leads to the newest
   Counts counts_;
 };
 

@@ -56,13 +56,13 @@ class PoseCovariances {
     }
   }
 
-  /// Zero for node 0, which is fixed.
-  Eigen::Matrix3d of(int node) const {
+  /// Of the pose that is the unknown of this number; zero for one that is not estimated (-1).
+  Eigen::Matrix3d of(int unknown) const {
     Eigen::Matrix3d C = Eigen::Matrix3d::Zero();
-    if (node == 0) return C;
+    if (unknown < 0) return C;
     for (int a = 0; a < 3; ++a) {
       for (int b = a; b < 3; ++b) {
-        const int i = place_[3 * (node - 1) + a], j = place_[3 * (node - 1) + b];
+        const int i = place_[3 * unknown + a], j = place_[3 * unknown + b];
         C(a, b) = C(b, a) = i == j ? diagonal_[i] : Z_.coeff(std::max(i, j), std::min(i, j));
       }
     }
@@ -92,36 +92,59 @@ int PlanarPoseGraph::add_node(const PlanarPose& T_map_node) {
   return static_cast<int>(poses_.size()) - 1;
 }
 
+double PlanarPoseGraph::weight(const PlanarEdge& edge) const {
+  return edge.robust ? 1 / (1 + chi_squared(edge) / kCauchySquared) : 1.0;
+}
+
+void PlanarPoseGraph::remove_node(int node) {
+  std::erase_if(edges_, [node](const PlanarEdge& e) { return e.from == node || e.to == node; });
+  const auto at = std::lower_bound(removed_.begin(), removed_.end(), node);
+  if (at == removed_.end() || *at != node) removed_.insert(at, node);
+}
+
+PlanarPoseGraph::Unknowns PlanarPoseGraph::unknowns() const {
+  Unknowns result;
+  result.of.assign(poses_.size(), -1);
+  auto removed = removed_.begin();
+  for (int node = 0; node < static_cast<int>(poses_.size()); ++node) {
+    const bool gone = removed != removed_.end() && *removed == node;
+    if (gone) ++removed;
+    if (node > 0 && !gone) result.of[static_cast<std::size_t>(node)] = result.count++;
+  }
+  return result;
+}
+
 double PlanarPoseGraph::chi_squared(const PlanarEdge& edge) const {
   const Eigen::Vector3d r = residual(edge, pose(edge.from), pose(edge.to));
   return r.dot(edge.information * r);
 }
 
-bool PlanarPoseGraph::factorise(Eigen::VectorXd* gradient) const {
-  const Eigen::Index n = 3 * (static_cast<Eigen::Index>(poses_.size()) - 1);
+bool PlanarPoseGraph::factorise(const Unknowns& unknowns, Eigen::VectorXd* gradient) const {
+  const Eigen::Index n = 3 * unknowns.count;
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(edges_.size() * 36);
   Eigen::VectorXd g = Eigen::VectorXd::Zero(n);
   const auto block = [&](int a, int b, const Eigen::Matrix3d& M) {
-    if (a == 0 || b == 0) return;
+    if (a < 0 || b < 0) return;
     for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) entries.emplace_back(3 * (a - 1) + i, 3 * (b - 1) + j, M(i, j));
+      for (int j = 0; j < 3; ++j) entries.emplace_back(3 * a + i, 3 * b + j, M(i, j));
     }
   };
   for (const PlanarEdge& e : edges_) {
     const PlanarPose T = pose(e.from).inverse() * pose(e.to);
     const Eigen::Vector3d r = residual(e, pose(e.from), pose(e.to));
-    const double weight = e.robust ? 1 / (1 + r.dot(e.information * r) / kCauchySquared) : 1.0;
     // d = measured^-1 from^-1 to: a step of `to` adds as it is, one of `from` as -Ad(T^-1). The
     // rotation of small residuals is taken as identity.
     const Eigen::Matrix3d J = -T.inverse().adjoint();
-    const Eigen::Matrix3d W = weight * e.information;
-    block(e.from, e.from, J.transpose() * W * J);
-    block(e.from, e.to, J.transpose() * W);
-    block(e.to, e.from, W * J);
-    block(e.to, e.to, W);
-    if (e.from > 0) g.segment<3>(3 * (e.from - 1)) += J.transpose() * W * r;
-    if (e.to > 0) g.segment<3>(3 * (e.to - 1)) += W * r;
+    const Eigen::Matrix3d W = weight(e) * e.information;
+    const int from = unknowns.of[static_cast<std::size_t>(e.from)],
+              to = unknowns.of[static_cast<std::size_t>(e.to)];
+    block(from, from, J.transpose() * W * J);
+    block(from, to, J.transpose() * W);
+    block(to, from, W * J);
+    block(to, to, W);
+    if (from >= 0) g.segment<3>(3 * from) += J.transpose() * W * r;
+    if (to >= 0) g.segment<3>(3 * to) += W * r;
   }
   Eigen::SparseMatrix<double> H(n, n);
   H.setFromTriplets(entries.begin(), entries.end());
@@ -131,14 +154,15 @@ bool PlanarPoseGraph::factorise(Eigen::VectorXd* gradient) const {
 }
 
 bool PlanarPoseGraph::optimise(int iterations) {
-  if (poses_.size() < 2) return true;
+  const Unknowns unknowns = this->unknowns();
+  if (unknowns.count == 0) return true;
   for (int i = 0; i < iterations; ++i) {
     Eigen::VectorXd g;
-    if (!factorise(&g)) return false;
+    if (!factorise(unknowns, &g)) return false;
     const Eigen::VectorXd d = solver_->cholesky.solve(-g);
     if (!d.allFinite()) return false;
     for (std::size_t k = 1; k < poses_.size(); ++k) {
-      poses_[k] = poses_[k].boxplus(d.segment<3>(3 * (static_cast<Eigen::Index>(k) - 1)));
+      if (unknowns.of[k] >= 0) poses_[k] = poses_[k].boxplus(d.segment<3>(3 * unknowns.of[k]));
     }
     if (d.lpNorm<Eigen::Infinity>() < 1e-5) return true;
   }
@@ -148,19 +172,21 @@ bool PlanarPoseGraph::optimise(int iterations) {
 std::vector<Eigen::Matrix3d> PlanarPoseGraph::relative_covariances(const std::vector<int>& from,
                                                                    int to) const {
   std::vector<Eigen::Matrix3d> result(from.size(), Eigen::Matrix3d::Zero());
-  if (poses_.size() < 2 || !factorise(nullptr)) return result;
-  const Eigen::Index n = 3 * (static_cast<Eigen::Index>(poses_.size()) - 1);
-  const auto rows = [](const Eigen::MatrixXd& m, int node) -> Eigen::Matrix3d {
-    return node > 0 ? Eigen::Matrix3d(m.middleRows<3>(3 * (node - 1))) : Eigen::Matrix3d::Zero();
+  const Unknowns unknowns = this->unknowns();
+  if (unknowns.count == 0 || !factorise(unknowns, nullptr)) return result;
+  const auto unknown = [&](int node) { return unknowns.of[static_cast<std::size_t>(node)]; };
+  const auto rows = [&](const Eigen::MatrixXd& m, int node) -> Eigen::Matrix3d {
+    const int k = unknown(node);
+    return k >= 0 ? Eigen::Matrix3d(m.middleRows<3>(3 * k)) : Eigen::Matrix3d::Zero();
   };
-  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(n, 3);
-  if (to > 0) unit.middleRows<3>(3 * (to - 1)).setIdentity();
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(3 * unknowns.count, 3);
+  if (unknown(to) >= 0) unit.middleRows<3>(3 * unknown(to)).setIdentity();
   const Eigen::MatrixXd to_columns = solver_->cholesky.solve(unit);
   const PoseCovariances own(solver_->cholesky);
   for (std::size_t k = 0; k < from.size(); ++k) {
     const Eigen::Matrix3d J = -(pose(to).inverse() * pose(from[k])).adjoint();
     const Eigen::Matrix3d cross = rows(to_columns, from[k]);
-    result[k] = J * own.of(from[k]) * J.transpose() + J * cross +
+    result[k] = J * own.of(unknown(from[k])) * J.transpose() + J * cross +
                 cross.transpose() * J.transpose() + rows(to_columns, to);
   }
   return result;

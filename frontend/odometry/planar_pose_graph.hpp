@@ -22,7 +22,8 @@ void fields(A& a, PlanarEdge& v) {
   a(v.from, v.to, v.T_from_to, v.information, v.robust);
 }
 
-/// Gauss-Newton over planar poses; node 0 is fixed. Every node must hang on node 0 by edges.
+/// Gauss-Newton over planar poses; node 0 is fixed. Every node must hang on node 0 by edges, but
+/// for those that were removed.
 class PlanarPoseGraph {
  public:
   PlanarPoseGraph();
@@ -33,8 +34,12 @@ class PlanarPoseGraph {
   int add_node(const PlanarPose& T_map_node);
   void add_edge(const PlanarEdge& edge) { edges_.push_back(edge); }
   void remove_last_edge() { edges_.pop_back(); }
+  /// With its edges; its pose stays as it is and tells nothing. Not node 0.
+  void remove_node(int node);
 
   std::size_t size() const { return poses_.size(); }
+  /// Nodes that are neither fixed nor removed.
+  int estimated() const { return unknowns().count; }
   const PlanarPose& pose(int node) const { return poses_[static_cast<std::size_t>(node)]; }
   const std::vector<PlanarEdge>& edges() const { return edges_; }
   std::vector<PlanarPose>& poses() { return poses_; }
@@ -43,6 +48,8 @@ class PlanarPoseGraph {
   bool optimise(int iterations = 15);
   /// Squared Mahalanobis length of an edge's residual (3 degrees of freedom).
   double chi_squared(const PlanarEdge& edge) const;
+  /// Of an edge in the graph as it is: 1, and less for a robust one that contradicts the rest.
+  double weight(const PlanarEdge& edge) const;
   /// Covariance of T_from_to in its right tangent, by the graph as it is (linearised now).
   /// All `from` against one `to`: one factorisation for many questions.
   std::vector<Eigen::Matrix3d> relative_covariances(const std::vector<int>& from, int to) const;
@@ -50,14 +57,21 @@ class PlanarPoseGraph {
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
   friend void fields(A& a, PlanarPoseGraph& v) {
-    a(v.poses_, v.edges_);
+    a(v.poses_, v.removed_, v.edges_);
   }
 
  private:
   struct Solver;
-  bool factorise(Eigen::VectorXd* gradient) const;
+  /// Of each node, its place among those that are estimated; -1: it is not. Their number.
+  struct Unknowns {
+    std::vector<int> of;
+    int count = 0;
+  };
+  Unknowns unknowns() const;
+  bool factorise(const Unknowns& unknowns, Eigen::VectorXd* gradient) const;
 
   std::vector<PlanarPose> poses_;
+  std::vector<int> removed_;  // ascending
   std::vector<PlanarEdge> edges_;
   mutable std::unique_ptr<Solver> solver_;
 };

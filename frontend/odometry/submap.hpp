@@ -1,6 +1,7 @@
 // A few metres of the way as one map of points, and the test whether two such maps contradict.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include <lamina/frontend/odometry/planar.hpp>
@@ -16,13 +17,18 @@ struct SightFan {
   std::vector<float> nearest;  ///< m, per degree of bearing in the scanner frame; 0: not seen
 };
 
-/// Scans along a few metres, in the frame of the first one's body (the anchor).
-struct Submap {
-  Timestamp stamp;                    ///< of the anchor
+/// What scans along a few metres saw, in the frame of the first one's body (the anchor).
+struct SubmapViews {
   std::vector<OrientedPoint> points;  ///< anchor frame, thinned
-  std::vector<SightFan> fans;         ///< of some of its scans
-  Eigen::Vector2d centre{0, 0};       ///< mean position of its scans, anchor frame
-  PlanarPose T_anchor_end;            ///< to the next submap's anchor, by odometry
+  std::vector<SightFan> fans;         ///< of some of the scans
+};
+
+/// A few metres of the way; what was seen there, its SubmapViews, may be elsewhere.
+struct Submap {
+  Timestamp stamp;               ///< of the anchor
+  std::uint64_t points = 0;      ///< of its views, once it is complete
+  Eigen::Vector2d centre{0, 0};  ///< mean position of its scans, anchor frame
+  PlanarPose T_anchor_end;       ///< to the next submap's anchor, by odometry
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< of T_anchor_end, right tangent
   double travelled = 0, turned = 0;                      ///< m, rad
 };
@@ -32,8 +38,12 @@ void fields(A& a, SightFan& v) {
   a(v.T_anchor_scanner, v.nearest);
 }
 template <class A>
+void fields(A& a, SubmapViews& v) {
+  a(v.points, v.fans);
+}
+template <class A>
 void fields(A& a, Submap& v) {
-  a(v.stamp, v.points, v.fans, v.centre, v.T_anchor_end, v.covariance, v.travelled, v.turned);
+  a(v.stamp, v.points, v.centre, v.T_anchor_end, v.covariance, v.travelled, v.turned);
 }
 
 /// The fan of points seen from a scanner at `scanner` (both in the body frame) from a body at

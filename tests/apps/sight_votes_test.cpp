@@ -46,6 +46,15 @@ struct Drive {
   PlanarMap result(const SightVotes::ForEachScan& scans = {}) const {
     PlanarMap found = map;
     votes.withdraw(found, map.trajectory, 0.05, scans);
+    PlanarMap by_three = map;
+    votes.withdraw(by_three, map.trajectory, 0.05, scans, 3);
+    EXPECT_EQ(by_three.loose_points, found.loose_points);
+    EXPECT_EQ(by_three.planes.size(), found.planes.size());
+    for (std::size_t i = 0; i < found.planes.size(); ++i)
+      EXPECT_EQ(by_three.planes[i].outlines_map, found.planes[i].outlines_map);
+    EXPECT_EQ(by_three.edges.size(), found.edges.size());
+    for (std::size_t i = 0; i < found.edges.size(); ++i)
+      EXPECT_EQ(by_three.edges[i].position_map, found.edges[i].position_map);
     return found;
   }
 };

@@ -185,6 +185,18 @@ TEST(MapperMerge, AMergeIsTakenBackWithItsEvidence) {
   EXPECT_TRUE(mapper.graph().problems().empty());
 }
 
+TEST(MapperMerge, WhatStoodThroughTwoRefinementsStays) {
+  Mapper mapper = doubled(4, make_room());
+  mapper.refine();
+  std::vector<PlaneId> merged;
+  for (const auto& plane : mapper.graph().planes) {
+    if (!plane.active && plane.merged_into != PlaneId::kNone) merged.push_back(plane.id);
+  }
+  ASSERT_FALSE(merged.empty());
+  mapper.refine();
+  for (const PlaneId id : merged) EXPECT_FALSE(mapper.undo_merge(id));
+}
+
 // Undoing, as refinement does, gives views of the present keyframe to other planes: the next frame
 // of that keyframe finds none of its plane.
 TEST(MapperMerge, FramesGoOnAfterTheKeyframesViewsWentToAnotherPlane) {

@@ -94,6 +94,32 @@ TEST(OnlineUpkeep, FloorIsMadeOneOnTheWay) {
   EXPECT_EQ(met.mapper.state().surfels.size(), fewer);
 }
 
+// A second lap's keyframes go, and older ones are left their floor: it takes no room there.
+TEST(OnlineUpkeep, FloorThatIsLeftToOlderKeyframesIsMadeOneWithTheirs) {
+  MapperOptions options;
+  options.window.keyframes = 5;
+  Met met(36, 420, 180, options);
+  met.sees_floor = true;
+  met.drive(200);
+  met.upkeep.refine(met.mapper);
+  const std::size_t squares = met.mapper.state().surfels.size();
+  const std::size_t keyframes = met.mapper.graph().keyframes.size();
+  met.drive(160);
+  ASSERT_LT(met.mapper.graph().keyframes.size(), keyframes + 20);
+  met.mapper.condense_newest_floor();
+  const std::size_t more = met.mapper.state().surfels.size();
+  EXPECT_LT(more, squares + squares / 3);
+  // What was seen is there, once.
+  const auto count = [](const Mapper& mapper) {
+    std::int64_t sum = 0;
+    const MapState map = mapper.state();
+    const SurfelFloor floor = map.surfels.solve(map.graph, {});
+    for (const auto& [key, cell] : floor.cells()) sum += cell.evidence.count();
+    return sum;
+  };
+  EXPECT_EQ(count(met.mapper), 9 * 200 * 360);
+}
+
 // A bare corridor closes no loops; what laps of it see again must not pile up all the same.
 TEST(OnlineUpkeep, LapsWithoutALoopAreDueWhenAllWasSeenAgain) {
   Met met(34, 240, 60);

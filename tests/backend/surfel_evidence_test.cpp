@@ -1,6 +1,7 @@
 // Floor seen again and again takes the room of the floor.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include <lamina/backend/surfel_estimator.hpp>
@@ -45,6 +46,16 @@ TEST(SurfelEvidence, AHundredLapsTakeTheRoomOfTwo) {
   double squares = 0;
   for (const auto& [key, cell] : floor.cells()) squares += cell.height * cell.height;
   EXPECT_LT(std::sqrt(squares / static_cast<double>(floor.cells().size())), 0.002);
+}
+
+TEST(SurfelEvidence, ReachesAsFarAsTheFarthestSquare) {
+  std::mt19937 rng(5);
+  Graph graph;
+  SurfelEvidence evidence(0.1);
+  const KeyframeId id = graph.add_keyframe({}, SE3::planar(7, 3, 1));
+  EXPECT_EQ(evidence.reach(id), 0);
+  see(evidence, graph.at(id), rng);
+  EXPECT_NEAR(evidence.reach(id), std::hypot(2.95, 0.45), 1e-3);
 }
 
 TEST(SurfelEvidence, CondensingLosesNoPointAndMovesNone) {

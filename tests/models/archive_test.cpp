@@ -98,6 +98,29 @@ TEST(Archive, MatricesOfAnotherShapeThrow) {
   EXPECT_EQ(through(Eigen::VectorXd(Eigen::Vector3d(1, 2, 3))), Eigen::Vector3d(1, 2, 3));
 }
 
+TEST(Archive, PiecesAreTheBytesInMemory) {
+  const std::vector<std::string> texts(40, std::string(9000, 'x'));
+  const std::vector<double> numbers(50000, 0.1);
+  ArchiveWriter whole;
+  whole(texts, numbers, true);
+  std::string pieces;
+  std::size_t count = 0, most = 0;
+  ArchiveWriter archive([&](std::string_view piece) {
+    pieces += piece;
+    ++count;
+    most = std::max(most, archive.bytes().size());
+  });
+  archive(texts);
+  EXPECT_GT(count, 3U);  // before its end
+  archive(numbers, true);
+  archive.flush();
+  EXPECT_EQ(pieces, whole.bytes());
+  EXPECT_TRUE(archive.bytes().empty());
+  EXPECT_LE(most, (std::size_t{1} << 16) + numbers.size() * sizeof(double));
+  archive.flush();  // nothing is left to tell
+  EXPECT_EQ(pieces.size(), whole.bytes().size());
+}
+
 TEST(Archive, EveryShortenedFormThrows) {
   ArchiveWriter writer;
   writer(std::map<int, std::vector<double>>{{1, {2, 3}}, {4, {5}}}, std::string("abc"));

@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <filesystem>
 
 #include <lamina/frontend/odometry/loop_closer.hpp>
 #include <lamina/models/model_archive.hpp>
@@ -63,7 +64,9 @@ struct Result {
   std::vector<SE3> odometry;
   Trajectory corrected;
   LoopCloser::Counts counts;
+  std::vector<int> estimated;      ///< poses of its graph, likewise
   std::vector<std::size_t> kept;   ///< bytes of its archive, each 60 m
+  std::string archived;            ///< the last of these
   std::vector<std::size_t> bytes;  ///< of its submaps in memory, likewise
 };
 
@@ -78,11 +81,13 @@ struct Accident {
 /// share `strays` of the returns lies anywhere in between.
 template <typename Way>
 Result drive(const std::vector<Wall>& walls, Way way, double metres, double bend,
-             const LoopCloserOptions& options = {}, double strays = 0, Accident accident = {}) {
+             const LoopCloserOptions& options = {}, double strays = 0, Accident accident = {},
+             const std::filesystem::path& folder = {}) {
   Scanner scanner;
   scanner.beams = accident.beams;
   scanner.fov = M_PI;
   LoopCloser closer(options);
+  if (!folder.empty()) closer.keep_submaps_in(folder);
   Result r;
   SE3 T;
   const double step = 0.15;
@@ -112,8 +117,10 @@ Result drive(const std::vector<Wall>& walls, Way way, double metres, double bend
     if (i % 400 != 399) continue;
     ArchiveWriter archive;
     archive(closer);
-    r.kept.push_back(archive.bytes().size());
+    r.archived = archive.bytes();
+    r.kept.push_back(r.archived.size());
     r.bytes.push_back(closer.bytes());
+    r.estimated.push_back(closer.estimated());
   }
   keep(closer.finish());
   r.corrected = closer.corrected();
@@ -205,6 +212,8 @@ TEST(LoopCloser, PlacesSeenOftenAreKeptButOnce) {
   ASSERT_EQ(r.bytes.size(), 5U);
   EXPECT_LT(4 * r.bytes.back(), all.bytes.back());  // what is let go gives its memory back
   EXPECT_TRUE(r.corrected.empty());
+  EXPECT_LE(r.estimated.back(), r.estimated[1] + 4);  // nor does the graph grow with the laps
+  EXPECT_GT(all.estimated.back(), 3 * r.estimated.back());
   // Loops are found in the last lap as in the second.
   EXPECT_GT(std::count_if(r.loops.begin(), r.loops.end(),
                           [](const LoopClosure& l) { return l.to.seconds() > 1600; }),
@@ -253,6 +262,61 @@ TEST(LoopCloser, FacesAcrossACorridorTellItsPlaces) {
   EXPECT_LT(worst_loop(r), 0.1);
 }
 
+// Nor where nothing tells a place from the next.
+TEST(LoopCloser, PlacesThatMatchNothingAreKeptButTwice) {
+  const auto way = [](double s) {
+    const double on = std::fmod(s, 40);
+    return on < 20 ? SE3::planar(on, 0, 0) : SE3::planar(40 - on, 0.1, M_PI);
+  };
+  LoopCloserOptions options;
+  options.visits = 1;
+  options.keep_path = false;
+  const Accident sure{.sigma_turn = 0.0001, .sigma_way = 0.001};
+  const Result r = drive(testing::corridor(), way, 300, 0, options, 0, sure);
+  ASSERT_EQ(r.estimated.size(), 5U);
+  EXPECT_TRUE(r.loops.empty());
+  EXPECT_GT(r.counts.submaps, 80);
+  EXPECT_LE(r.estimated.back(), r.estimated[2] + 2);
+}
+
+TEST(LoopCloser, GoesOnFromItsArchiveAsIfNothingHadBeen) {
+  LoopCloserOptions options;
+  options.visits = 1;
+  options.keep_path = false;
+  LoopCloser on(options), back(options);
+  on.keep_submaps_in(std::filesystem::temp_directory_path());
+  const std::vector<Wall> walls = ring();
+  Scanner scanner;
+  scanner.beams = 181;
+  scanner.fov = M_PI;
+  const int half = 700, all = 1200;
+  int passed = 0;
+  for (int i = 0; i < all; ++i) {
+    ScanMotion motion;
+    if (i > 0) motion.T_prev_curr_body = on_ring(0.15 * (i - 1)).inverse() * on_ring(0.15 * i);
+    motion.covariance = Matrix6d::Identity() * 1e-6;
+    motion.covariance.diagonal().head<2>().setConstant(1.6e-5);
+    motion.covariance(5, 5) = 3.6e-5;
+    const LaserScan scan = scanner.scan(walls, on_ring(0.15 * i), i);
+    const auto loops = on.add(scan, motion);
+    if (i == half) {
+      passed = on.counts().passed;
+      ArchiveWriter archive;
+      archive(on);
+      ArchiveReader reader(archive.bytes());
+      reader(back);
+    } else if (i > half) {
+      EXPECT_EQ(back.add(scan, motion).size(), loops.size());
+    }
+  }
+  EXPECT_GT(passed, 5);
+  EXPECT_GT(on.counts().passed, passed + 5);
+  ArchiveWriter a, b;
+  a(on);
+  b(back);
+  EXPECT_EQ(a.bytes(), b.bytes());
+}
+
 // Where they are alike, those a pitch away are not believed.
 TEST(LoopCloser, EqualPillarsTellNoPlace) {
   std::vector<double> at;
@@ -262,6 +326,28 @@ TEST(LoopCloser, EqualPillarsTellNoPlace) {
             {.way = 20, .turn = 0, .sigma_turn = 0.0005, .sigma_way = 0.1, .beams = 361});
   EXPECT_GT(r.counts.ambiguous, 10);
   EXPECT_LT(worst_loop(r), 0.1);
+}
+
+TEST(LoopCloser, SubmapsOnFileTellTheSameLoopsInNextToNoMemory) {
+  const auto folder = std::filesystem::temp_directory_path();
+  const Result held = drive(ring(), on_ring, 120, 0.001);
+  const Result filed = drive(ring(), on_ring, 120, 0.001, {}, 0, {}, folder);
+  ASSERT_GT(held.loops.size(), 10U);
+  ASSERT_EQ(filed.loops.size(), held.loops.size());
+  for (std::size_t i = 0; i < held.loops.size(); ++i) {
+    EXPECT_EQ(filed.loops[i].to, held.loops[i].to);
+    EXPECT_EQ(filed.loops[i].T_from_to.translation(), held.loops[i].T_from_to.translation());
+  }
+  EXPECT_EQ(filed.archived, held.archived);
+  EXPECT_LT(10 * filed.bytes.back(), held.bytes.back());
+  // An archive goes on where it was made: from file to memory and back.
+  ArchiveReader reader(held.archived);
+  LoopCloser back;
+  back.keep_submaps_in(folder);
+  reader(back);
+  ArchiveWriter again;
+  again(back);
+  EXPECT_EQ(again.bytes(), held.archived);
 }
 
 TEST(LoopCloser, NothingInNothingOut) {

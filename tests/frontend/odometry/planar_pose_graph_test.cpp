@@ -67,6 +67,32 @@ TEST(PlanarPoseGraph, RelativeCovarianceOfAChainIsTheSumCarriedOver) {
   EXPECT_LT((C[0] - (Ad * sum * Ad.transpose() + Q)).norm(), 1e-9);
 }
 
+TEST(PlanarPoseGraph, ARemovedNodeLeavesTheGraphAsIfItHadNotBeen) {
+  PlanarPoseGraph with, without;
+  for (int i = 0; i < 5; ++i) with.add_node({1.0 * i, 0, 0});
+  for (int i = 0; i < 4; ++i) without.add_node({1.0 * i, 0, 0});
+  for (int i = 0; i < 4; ++i) with.add_edge(edge(i, i + 1, {1, 0, 0}, 100));
+  with.add_edge(edge(1, 3, {2.4, 0, 0}, 80));
+  with.add_edge(edge(1, 2, {7, 7, 1}, 80));
+  with.remove_node(2);
+  with.remove_node(2);  // once
+  // 0, 1, 3, 4 are 0 to 3 there.
+  without.add_edge(edge(0, 1, {1, 0, 0}, 100));
+  without.add_edge(edge(2, 3, {1, 0, 0}, 100));
+  without.add_edge(edge(1, 2, {2.4, 0, 0}, 80));
+  EXPECT_TRUE(with.optimise());
+  EXPECT_TRUE(without.optimise());
+  EXPECT_NEAR(with.pose(4).x, 4.4, 1e-6);
+  EXPECT_NEAR(without.pose(3).x, 4.4, 1e-6);
+  EXPECT_EQ(with.pose(2).x, 2);
+  const auto found = with.relative_covariances({0, 1, 3}, 4);
+  const auto expected = without.relative_covariances({0, 1, 2}, 3);
+  for (std::size_t k = 0; k < found.size(); ++k) {
+    EXPECT_GT(expected[k].norm(), 1e-3);
+    EXPECT_LT((found[k] - expected[k]).norm(), 1e-9);
+  }
+}
+
 // Against the dense inverse, in a graph with loops across.
 TEST(PlanarPoseGraph, RelativeCovariancesAreThoseOfTheDenseInverse) {
   constexpr int kNodes = 30;
