@@ -167,7 +167,7 @@ Mapper map_online(Run& run) {
   LoopBook book;
   OnlineUpkeep upkeep;
   MountingDoubt doubt(run.settings);
-  constexpr int kTrimEvery = 4;  // 20: 3 MB more in the mean of an hour
+  constexpr int kTrimEvery = 4;  // 20: some 3 MB more over half an hour
   int keyframes = 0;
   mapper.keep_frames_in(output.folder());
   for_each_step(run, [&](JournalEntry&& entry) {

@@ -23,8 +23,7 @@ class OrderedBatch {
   void add(Item item) { items_.push_back(std::move(item)); }
 
   /// work(item, thread) for each, on threads numbered from 0, then take(item) for each in order.
-  /// Throws what these throw. Then nothing waits
-  /// any more.
+  /// Throws what these throw. Nothing waits any more then.
   template <class Work, class Take>
   void run(const Work& work, const Take& take) {
     std::vector<Item> items = std::exchange(items_, {});

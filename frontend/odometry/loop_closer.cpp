@@ -178,9 +178,9 @@ const LoopCloser::OldMap& LoopCloser::old_map(int submap, int newer) {
   map.grid = search_grid(points);
   map.points = PointMap(std::move(points));
   cache_.push_back(std::move(map));
-  // Those of one submap's candidates: the next one, a few metres on, has others.
-  if (cache_.size() > static_cast<std::size_t>(std::max(1, options_.max_candidates)))
-    cache_.pop_front();
+  // Where memory counts, those of one submap's candidates: the next one, on its way, has others.
+  const int most = options_.visits > 0 ? std::max(1, options_.max_candidates) : 12;
+  if (cache_.size() > static_cast<std::size_t>(most)) cache_.pop_front();
   return cache_.back();
 }
 
