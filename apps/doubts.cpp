@@ -7,106 +7,145 @@ namespace lamina::apps {
 namespace {
 
 // What calibration.yaml says of the depth camera, against what its images show.
-void add_doubts_of_depth(const FrontEnd& front_end, std::vector<std::string>& all) {
+void add_doubts_of_depth(const FrontEnd& front_end, std::vector<Warning>& all) {
   if (const OpticalWatch& optical = front_end.optical(); optical.rotation_missing()) {
-    all.push_back(fmt::format(
-        "T_body_camera turns nothing, so that the camera looks along the body's z, straight up: {} "
-        "of {} images show a floor so, {} if it looks ahead, {:.2f} m below it. Its optical "
-        "rotation (x right, y down, z ahead) seems to be missing: looking straight ahead it is "
-        "rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]; the map is of little use without",
-        optical.floors_as_stated(), optical.images(), optical.floors_if_ahead(),
-        optical.height_if_ahead()));
+    all.push_back(
+        {"camera_optical_rotation",
+         fmt::format(
+             "T_body_camera turns nothing, so that the camera looks along the body's z, straight "
+             "up: {} "
+             "of {} images show a floor so, {} if it looks ahead, {:.2f} m below it. Its optical "
+             "rotation (x right, y down, z ahead) seems to be missing: looking straight ahead it "
+             "is "
+             "rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]; the map is of little use without",
+             optical.floors_as_stated(), optical.images(), optical.floors_if_ahead(),
+             optical.height_if_ahead())});
   }
   constexpr std::int64_t kImages = 10;  // fewer tell little
   constexpr double kNoisy = 1.5;        // quieter blocks of clean sensors are below the model
   const NoiseWatch& noise = front_end.depth_noise();
   if (noise.images() < kImages) return;
   if (noise.median() >= kNoisy) {
-    all.push_back(fmt::format(
-        "noise of depth images is {:.1f} times what calibration.yaml says of the camera (median "
-        "over {} images): is its `model` the sensor's own, and disparity_sigma? Obstacles and "
-        "walls of the map are less sure than they say",
-        noise.median(), noise.images()));
+    all.push_back(
+        {"depth_noise",
+         fmt::format(
+             "noise of depth images is {:.1f} times what calibration.yaml says of the camera "
+             "(median "
+             "over {} images): is its `model` the sensor's own, and disparity_sigma? Obstacles and "
+             "walls of the map are less sure than they say",
+             noise.median(), noise.images())});
   }
 }
 
 }  // namespace
 
-std::vector<std::string> doubts(const std::string& input, const FrontEnd& front_end,
-                                io::Metrics& metrics) {
-  std::vector<std::string> all;
+std::vector<Warning> doubts(const std::string& input, const FrontEnd& front_end,
+                            io::Metrics& metrics) {
+  std::vector<Warning> all;
   if (front_end.odometry_never_met()) {
-    all.push_back(fmt::format(
-        "the odometry's stamps never meet those of frames and scans: motion was taken from what "
-        "these see; are they of two clocks or two recordings? (`lamina info {}` tells)",
-        input));
+    all.push_back(
+        {"odometry_never_meets",
+         fmt::format(
+             "the odometry's stamps never meet those of frames and scans: motion was taken from "
+             "what "
+             "these see; are they of two clocks or two recordings? (`lamina info {}` tells)",
+             input)});
   }
   constexpr double kMoved = 0.5;  // m: farther than a robot that stands still is thought to go
   if (front_end.odometry_never_moved() && metrics.counts["path_m"] > kMoved) {
-    all.push_back(fmt::format(
-        "the odometry holds one pose from first to last while scans tell {:.1f} m of way: it was "
-        "not used; was it ever connected?",
-        metrics.counts["path_m"]));
+    all.push_back(
+        {"odometry_never_moves", fmt::format("the odometry holds one pose from first to last while "
+                                             "scans tell {:.1f} m of way: it was "
+                                             "not used; was it ever connected?",
+                                             metrics.counts["path_m"])});
   }
   const double steps = metrics.counts["steps"];
   const double unknown = metrics.counts["steps_with_unknown_motion"];
   if (steps > 1 && unknown > 0.5 * steps) {
-    all.push_back(fmt::format(
-        "nothing measured the motion before {:.0f} of {:.0f} frames and scans: is there no "
-        "odometry, or do its stamps not meet theirs? (`lamina info` tells)",
-        unknown, steps));
+    all.push_back(
+        {"motion_unknown",
+         fmt::format(
+             "nothing measured the motion before {:.0f} of {:.0f} frames and scans: is there no "
+             "odometry, or do its stamps not meet theirs? (`lamina info` tells)",
+             unknown, steps)});
   }
   constexpr double kLong = 0.5;  // m of open way in a row
   if (const double way = metrics.counts["scans_open_direction_longest_m"]; way > kLong) {
-    all.push_back(fmt::format(
-        "{:.0f} scans left a direction of their motion open and no wheels told it, over {:.1f} m "
-        "of way in a row (a bare corridor, longer than the scanner sees): along it the path is a "
-        "guess there, off by part of that way",
-        metrics.counts["scans_with_open_direction"], way));
+    all.push_back(
+        {"scans_open_direction", fmt::format("{:.0f} scans left a direction of their motion open "
+                                             "and no wheels told it, over {:.1f} m "
+                                             "of way in a row (a bare corridor, longer than the "
+                                             "scanner sees): along it the path is a "
+                                             "guess there, off by part of that way",
+                                             metrics.counts["scans_with_open_direction"], way)});
   }
   // Planners leave a robot that much room. Where most of the way was seen, planes met again hold
   // much of the rest, and the figure is an upper bound.
   const bool most = metrics.counts["by_wheels_alone_m"] > 0.5 * metrics.counts["path_m"];
   const double noticed = most ? 0.25 : 0.5;  // m
   if (const double off = metrics.counts["by_wheels_alone_sigma_m"]; off > noticed) {
-    all.push_back(fmt::format(
-        "wheels alone told {:.0f} of {:.0f} m of way (how long it was over {:.1f} m, the heading "
-        "over {:.1f} m: what was seen left these open): by what is known of the wheels the path "
-        "beyond is likely off by some {:.1f} m, and the map with it",
-        metrics.counts["by_wheels_alone_m"], metrics.counts["path_m"],
-        metrics.counts["way_by_wheels_alone_m"], metrics.counts["heading_by_wheels_alone_m"], off));
+    all.push_back({"path_by_wheels_alone",
+                   fmt::format("wheels alone told {:.0f} of {:.0f} m of way (how long it was over "
+                               "{:.1f} m, the heading "
+                               "over {:.1f} m: what was seen left these open): by what is known of "
+                               "the wheels the path "
+                               "beyond is likely off by some {:.1f} m, and the map with it",
+                               metrics.counts["by_wheels_alone_m"], metrics.counts["path_m"],
+                               metrics.counts["way_by_wheels_alone_m"],
+                               metrics.counts["heading_by_wheels_alone_m"], off)});
   }
   // Scale and noise of wheels are in that figure; slips are not, and where nothing else tells the
   // way nothing contradicts them.
   constexpr double kSlip = 0.02, kSlipNoticed = 0.25;  // share of the way, m
   const double alone = metrics.counts["way_by_wheels_alone_longest_m"];
   if (kSlip * alone > kSlipNoticed) {
-    all.push_back(fmt::format(
-        "from {:.1f} to {:.1f} s nothing but wheels told how far the robot went, over {:.1f} m (a "
-        "bare corridor or hall, longer than what was seen): a slip of {:.0f} % there would put all "
-        "that follows {:.1f} m off, and nothing in the map would say so",
-        metrics.counts["way_by_wheels_alone_longest_from_s"],
-        metrics.counts["way_by_wheels_alone_longest_to_s"], alone, 100 * kSlip, kSlip * alone));
+    all.push_back({"way_by_wheels_alone",
+                   fmt::format("from {:.1f} to {:.1f} s nothing but wheels told how far the robot "
+                               "went, over {:.1f} m (a "
+                               "bare corridor or hall, longer than what was seen): a slip of "
+                               "{:.0f} % there would put all "
+                               "that follows {:.1f} m off, and nothing in the map would say so",
+                               metrics.counts["way_by_wheels_alone_longest_from_s"],
+                               metrics.counts["way_by_wheels_alone_longest_to_s"], alone,
+                               100 * kSlip, kSlip * alone)});
+  }
+  if (!metrics.tracking_lost.empty()) {
+    all.push_back(
+        {"tracking_lost",
+         fmt::format(
+             "tracking was lost at {:.0f} of {:.0f} steps, first after {:.3f} s: the motion "
+             "there is a guess, and parts of the map may not fit each other",
+             metrics.counts["steps_with_tracking_lost"], steps,
+             metrics.counts["tracking_lost_after_s"])});
   }
   const double open = metrics.counts["steps_with_open_direction"];
   if (open > 0.5 * steps) {
-    all.push_back(fmt::format(
-        "{:.0f} of {:.0f} images left a direction of their motion open (bare corridors, walls out "
-        "of range): along it the path is a guess; wheel odometry or a scanner would tell",
-        open, steps));
+    all.push_back(
+        {"images_open_direction",
+         fmt::format(
+             "{:.0f} of {:.0f} images left a direction of their motion open (bare corridors, walls "
+             "out "
+             "of range): along it the path is a guess; wheel odometry or a scanner would tell",
+             open, steps)});
   } else if (metrics.counts["open_direction_longest_m"] > kLong) {
-    all.push_back(fmt::format(
-        "images left a direction of their motion open over {:.1f} m of way in a row (a bare wall, "
-        "nothing else in range): along it the path is a guess there, off by part of that way",
-        metrics.counts["open_direction_longest_m"]));
+    all.push_back(
+        {"images_open_direction",
+         fmt::format(
+             "images left a direction of their motion open over {:.1f} m of way in a row (a bare "
+             "wall, "
+             "nothing else in range): along it the path is a guess there, off by part of that way",
+             metrics.counts["open_direction_longest_m"])});
   }
   if (const double steps_open = metrics.counts["cells_step_open"];
       steps_open > metrics.counts["cells_free"]) {
-    all.push_back(fmt::format(
-        "a step as high as the robot's largest (robot.max_step_m) cannot be told on {:.0f} % of "
-        "the floor that was seen, which the grid calls unknown: range is too noisy for it; images "
-        "from nearer by, more of them, or a robot that climbs more would make it free",
-        100 * steps_open / (steps_open + metrics.counts["cells_free"])));
+    all.push_back(
+        {"range_noise_hides_steps",
+         fmt::format("a step as high as the robot's largest (robot.max_step_m) cannot be told on "
+                     "{:.0f} % of "
+                     "the floor that was seen, which the grid calls unknown: range is too noisy "
+                     "for it; images "
+                     "from nearer by, more of them, or a robot that climbs more would make it free",
+                     100 * steps_open / (steps_open + metrics.counts["cells_free"]))});
   }
   add_doubts_of_depth(front_end, all);
   return all;

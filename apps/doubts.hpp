@@ -10,7 +10,7 @@
 namespace lamina::apps {
 
 /// What makes a result doubtful as a whole, the likely cause first. `input`: the recording's name.
-std::vector<std::string> doubts(const std::string& input, const FrontEnd& front_end,
-                                io::Metrics& metrics);
+std::vector<Warning> doubts(const std::string& input, const FrontEnd& front_end,
+                            io::Metrics& metrics);
 
 }  // namespace lamina::apps

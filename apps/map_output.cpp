@@ -353,8 +353,6 @@ void MapOutput::write(const Mapper& mapper, bool online) {
     const auto timer = metrics.time("write");
     write_session(mapper, trajectory, online);
   }
-  io::write_metrics(folder_ / "metrics.json", metrics);
-  viewer::write_report(folder_);
   note("report.html", "the map to look at: open it in a browser");
   note("trajectory.txt", fmt::format("{} poses, {:.1f} m", trajectory.size(), trajectory.length()));
   write_parts(trajectory);
@@ -371,6 +369,11 @@ void MapOutput::write(const Mapper& mapper, bool online) {
   note("occupancy.yaml, occupancy.pgm", fmt::format("from {} scans", scans_.size()));
   note("session.lamina", "the whole map, for `lamina refine`");
   note("metrics.json", skipped_text());
+}
+
+void MapOutput::finish() {
+  io::write_metrics(folder_ / "metrics.json", metrics);
+  viewer::write_report(folder_);
 }
 
 }  // namespace lamina::apps

@@ -48,8 +48,10 @@ class MapOutput {
   void set_recording(const std::string& name) { recording_ = name; }
   /// What corrected the stamps of the map's path: files of poses have the recording's.
   void set_clocks(const ClockOffsets& clocks) { clocks_ = clocks; }
-  /// Writes every file of the contract; each appears whole or not at all.
+  /// Writes every file of the contract but those of finish(); each appears whole or not at all.
   void write(const Mapper& mapper, bool online);
+  /// Writes metrics.json and, from all that is there, report.html.
+  void finish();
   /// What was written, one line each, for stdout.
   std::string summary() const { return summary_; }
 

@@ -218,6 +218,16 @@ std::string identity(const MapRequest& request, Settings settings) {
          "\nmode: " + (request.online ? "online" : "offline") + "\n" + to_yaml(settings, false);
 }
 
+// What makes the result doubtful, by the reader first: causes before consequences.
+void warn_of_result(const std::string& input, const Recording& recording, const FrontEnd& front_end,
+                    io::Metrics& metrics) {
+  const auto warn = [&metrics](std::vector<Warning> found) {
+    for (Warning& one : found) metrics.warn(std::move(one.id), std::move(one.text));
+  };
+  warn(recording.warnings());
+  warn(doubts(input, front_end, metrics));
+}
+
 }  // namespace
 
 void set_up_log(bool quiet) {
@@ -310,22 +320,24 @@ int run_map(const MapRequest& request) {
   if (front_end.met_wheels()) output.wheel_path.tell(front_end.wheel_errors_left(), output.metrics);
   front_end.tell_scanner_noise(output.metrics);
   output.write(mapper, request.online);
+  warn_of_result(request.input, *recording, front_end, output.metrics);
+  output.finish();
   if (!live && !interrupted) checkpoint.finish();
   if (page) page->finished(request.output);
   fmt::print("{}", output.summary());
-  const auto all = doubts(request.input, front_end, output.metrics);
+  const std::vector<Warning>& warnings = output.metrics.warnings;
   if (output.metrics.counts["planes"] == 0 && !interrupted) {
     throw Error(fmt::format(
         "{}: found no plane in {:.0f} frames and scans ({}{}), expected walls or floor that "
         "several of them see; the files written hold none",
         request.input, output.metrics.counts["steps"], output.skipped_text(),
-        all.empty() ? "" : "; " + all.front()));
+        warnings.empty() ? "" : "; " + warnings.front().text));
   }
   const auto skipped = recording->skipped();
   for (const auto& [why, place] : recording->first_skipped()) {
     spdlog::warn("skipped {} x {}, first {}", skipped.at(why), why, place);
   }
-  for (const auto& doubt : all) spdlog::warn(doubt);
+  for (const Warning& warning : warnings) spdlog::warn(warning.text);
   return 0;
 }
 

@@ -215,6 +215,7 @@ int refine_sessions(const std::vector<Path>& inputs, const Path& output_folder, 
     spdlog::warn("refinement: {}", to_string(result.status));
   }
   output.write(mapper, false);
+  output.finish();
   fmt::print("{}", output.summary());
   return 0;
 }

@@ -64,6 +64,12 @@ double StageTimes::percentile_ms(double percent) const {
   return sorted[static_cast<std::size_t>(index)];
 }
 
+void Metrics::warn(std::string id, std::string text) {
+  const auto same = [&id](const Warning& other) { return other.id == id; };
+  if (std::none_of(warnings.begin(), warnings.end(), same))
+    warnings.push_back({std::move(id), std::move(text)});
+}
+
 double resident_mb() {
   std::ifstream statm("/proc/self/statm");
   double pages_in_all = 0, pages = 0;
@@ -115,6 +121,20 @@ void write_metrics(const std::filesystem::path& file, const Metrics& metrics) {
   }
   json["skipped"] = Json::object();
   for (const auto& [why, count] : metrics.skipped) json["skipped"][why] = count;
+  json["warnings"] = Json::array();
+  for (const Warning& warning : metrics.warnings)
+    json["warnings"].push_back({{"id", warning.id}, {"text", warning.text}});
+  json["assumed"] = metrics.assumed;
+  json["calibration"] = Json::array();
+  for (const CalibrationEntry& entry : metrics.calibration) {
+    json["calibration"].push_back({{"parameter", entry.parameter},
+                                   {"stated", entry.stated},
+                                   {"found", entry.found},
+                                   {"sigma", entry.sigma},
+                                   {"score", entry.score},
+                                   {"adopted", entry.adopted}});
+  }
+  json["readings"] = metrics.readings;
   json["counts"] = Json::object();
   for (const auto& [what, count] : metrics.counts) json["counts"][what] = count;
   write_atomically(file, json.dump(1) + "\n");

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include <lamina/models/warning.hpp>
+
 namespace lamina::io {
 
 /// Times of one stage. Up to kExact times are kept as they are; from then on all are counted in
@@ -64,6 +66,14 @@ struct LostSpan {
   std::optional<double> until_s;  ///< none: not to the end
 };
 
+/// A parameter that self-calibration asked about: what was stated, what the recording shows.
+struct CalibrationEntry {
+  std::string parameter;  ///< with its unit, as calibration.yaml or the setting calls it
+  double stated = 0, found = 0, sigma = 0;
+  double score = 0;  ///< gain of the evidence that did not suggest it; see docs/robustness.md
+  bool adopted = false;
+};
+
 struct Metrics {
   std::map<std::string, StageTimes> stages;
   std::optional<RefineMetrics> refine;
@@ -72,6 +82,13 @@ struct Metrics {
   std::vector<LostSpan> tracking_lost;  ///< the first kMostSpans of them
   static constexpr std::size_t kMostSpans = 1000;
   std::map<std::string, double> counts;  ///< frames, keyframes, planes, loops, ...
+  std::vector<Warning> warnings;         ///< in the order found; one a cause
+  std::vector<std::string> assumed;      ///< what no file or topic stated
+  std::vector<CalibrationEntry> calibration;
+  std::int64_t readings = 0;  ///< how often the recording was read
+
+  /// Records a warning; the first of a cause stands.
+  void warn(std::string id, std::string text);
 
   /// Times a scope: { const auto timer = metrics.time("floor"); ... }.
   class Timer {

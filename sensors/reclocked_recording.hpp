@@ -36,6 +36,7 @@ class ReclockedRecording final : public Recording {
     return source_->recorded_stamps();
   }
   std::vector<std::string> remarks() const override { return source_->remarks(); }
+  std::vector<Warning> warnings() const override { return source_->warnings(); }
   std::optional<std::int64_t> size_hint() const override { return source_->size_hint(); }
   std::optional<std::int64_t> depth_hint() const override { return source_->depth_hint(); }
 

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <lamina/models/warning.hpp>
 #include <lamina/sensors/calibration.hpp>
 #include <lamina/sensors/measurement.hpp>
 
@@ -43,6 +44,9 @@ class Recording {
   virtual std::map<std::string, std::vector<Timestamp>> recorded_stamps() const { return {}; }
   /// Remarks for people: what was found, assumed or is odd.
   virtual std::vector<std::string> remarks() const { return {}; }
+  /// What of the recording may make the map wrong, or is not as its files state; complete at the
+  /// end.
+  virtual std::vector<Warning> warnings() const { return {}; }
   /// How many measurements there will be, where the source can tell (for progress).
   virtual std::optional<std::int64_t> size_hint() const { return std::nullopt; }
   /// Likewise, how many depth images.

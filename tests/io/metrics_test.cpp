@@ -63,6 +63,11 @@ TEST(Metrics, WritesTheKeysOfTheContract) {
   metrics.stages["segments"].add(0.5);
   metrics.refine = RefineMetrics{0.25, 7, "converged", {}, {}, 0.1};
   metrics.skipped["missing file"] = 3;
+  metrics.warn("clock_order", "stamps go back");
+  metrics.warn("clock_order", "and again");
+  metrics.assumed = {"lidar at the body's origin"};
+  metrics.calibration = {{"wheel scale", 1, 1.02, 0.001, 40, true}};
+  metrics.readings = 2;
   const auto file = std::filesystem::temp_directory_path() / "lamina_metrics_test.json";
   write_metrics(file, metrics);
   std::ifstream in(file);
@@ -73,6 +78,13 @@ TEST(Metrics, WritesTheKeysOfTheContract) {
   EXPECT_EQ(json["refine"]["status"], "converged");
   EXPECT_GT(json["peak_rss_mb"].get<double>(), 1);
   EXPECT_EQ(json["skipped"]["missing file"], 3);
+  ASSERT_EQ(json["warnings"].size(), 1U);  // one a cause
+  EXPECT_EQ(json["warnings"][0]["id"], "clock_order");
+  EXPECT_EQ(json["warnings"][0]["text"], "stamps go back");
+  EXPECT_EQ(json["assumed"][0], "lidar at the body's origin");
+  EXPECT_EQ(json["calibration"][0]["found"], 1.02);
+  EXPECT_TRUE(json["calibration"][0]["adopted"].get<bool>());
+  EXPECT_EQ(json["readings"], 2);
   std::filesystem::remove(file);
 }
 
