@@ -29,20 +29,41 @@ void require_limits(const EvaluationLimits& limits) {
   require("--max-false-free", limits.max_false_free);
 }
 
+EvaluationOptions options_of(const std::string& align, bool by_index, const std::string& truth,
+                             const std::string& relations) {
+  if (truth.empty() && relations.empty()) {
+    throw Error(
+        "--truth DATASET or --relations FILE is missing; e.g. lamina evaluate DIR --truth "
+        "DATASET");
+  }
+  const Alignment alignment = align == "none"  ? Alignment::kNone
+                              : align == "yaw" ? Alignment::kYaw
+                                               : Alignment::kSe3;
+  return {alignment, by_index, relations};
+}
+
 }  // namespace
 
 Verb evaluate_verb() {
   return {"evaluate", "accuracy of a map against a reference; writes evaluation.json",
           "lamina evaluate out/room --truth data/room --max-ate 0.02", [](CLI::App& app) {
             struct Options {
-              std::string map, truth;
+              std::string map, truth, relations, align = "se3";
+              bool by_index = false;
               EvaluationLimits limits;
             };
             auto o = std::make_shared<Options>();
             app.add_option("DIR", o->map, "output folder of `map` or `refine`")->required();
             app.add_option("--truth", o->truth,
-                           "dataset folder with groundtruth.txt (and truth.yaml), or a TUM file")
-                ->required();
+                           "dataset folder with groundtruth.txt (and truth.yaml), or a TUM file");
+            app.add_option("--relations", o->relations,
+                           "hand-checked relative poses, lines `t1 t2 x y z roll pitch yaw`");
+            app.add_option("--align", o->align,
+                           "what may lay the path on the reference: none, yaw (and an offset) or "
+                           "se3; a mirrored path passes by se3 alone")
+                ->check(CLI::IsMember({"none", "yaw", "se3"}));
+            app.add_flag("--by-index", o->by_index,
+                         "compare pose by pose in order, whatever the reference's stamps");
             app.add_option("--max-ate", o->limits.max_ate_m,
                            "fail (exit 1) when the aligned ATE rmse is above this, m");
             app.add_option("--max-rpe", o->limits.max_rpe_m,
@@ -58,7 +79,8 @@ Verb evaluate_verb() {
             return [o]() {
               require_limits(o->limits);
               require_map_folder(o->map);
-              const Evaluation evaluation = evaluate(o->map, o->truth);
+              const Evaluation evaluation = evaluate(
+                  o->map, o->truth, options_of(o->align, o->by_index, o->truth, o->relations));
               std::cout << to_text(evaluation);
               write_evaluation(std::filesystem::path(o->map) / "evaluation.json", evaluation);
               const auto failures = exceeded(evaluation, o->limits);

@@ -1,6 +1,7 @@
 // Gathers trajectory, planes and grid of a map and of the truth.
 #include <lamina/apps/evaluation.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include <lamina/io/grid_files.hpp>
@@ -59,7 +60,16 @@ void compare_with_simulation(const fs::path& map, const sim::Truth& truth,
 
 }  // namespace
 
-SE3 align_poses(const Trajectory& estimate, const Trajectory& reference) {
+Trajectory paired_by_index(const Trajectory& estimate, const Trajectory& reference) {
+  Trajectory paired;
+  for (std::size_t i = 0; i < std::min(estimate.size(), reference.size()); ++i) {
+    paired.add(estimate[i].stamp, reference[i].pose);
+  }
+  return paired;
+}
+
+SE3 align_poses(const Trajectory& estimate, const Trajectory& reference, Alignment alignment) {
+  if (alignment == Alignment::kNone) return SE3();
   Eigen::Vector4d sum = Eigen::Vector4d::Zero();
   std::optional<Eigen::Vector4d> first;
   std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> pairs;
@@ -72,7 +82,8 @@ SE3 align_poses(const Trajectory& estimate, const Trajectory& reference) {
     pairs.emplace_back(truth->translation(), pose.translation());
   }
   if (pairs.empty()) return SE3();
-  const SO3 R{Eigen::Quaterniond(sum)};
+  const SO3 mean{Eigen::Quaterniond(sum)};
+  const SO3 R = alignment == Alignment::kYaw ? SO3::rot_z(mean.yaw()) : mean;
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
   for (const auto& [a, b] : pairs) t += (a - R * b) / static_cast<double>(pairs.size());
   return SE3(R, t);
@@ -85,41 +96,70 @@ std::optional<SE3> align_first_pose(const Trajectory& estimate, const Trajectory
   return std::nullopt;
 }
 
-Evaluation evaluate(const fs::path& map, const fs::path& truth) {
-  Evaluation evaluation;
+namespace {
+
+// The reference at the estimate's stamps, or at its own.
+Trajectory read_reference(const fs::path& poses, const Trajectory& estimate,
+                          Evaluation& evaluation) {
+  const Trajectory reference = Trajectory::read_tum(poses);
+  if (!evaluation.by_index) return reference;
+  if (estimate.size() != reference.size()) {
+    evaluation.remarks.push_back("by index: " + std::to_string(estimate.size()) +
+                                 " poses of the map against " + std::to_string(reference.size()) +
+                                 " of the reference, compared as far as the shorter goes");
+  }
+  return paired_by_index(estimate, reference);
+}
+
+void compare_with_truth(const fs::path& map, const fs::path& truth, const Trajectory& estimate,
+                        Evaluation& evaluation) {
   if (!fs::exists(truth)) {
     throw Error(truth.string() + ": does not exist, expected a dataset folder or a TUM file");
   }
-  const Trajectory estimate = Trajectory::read_tum(map / "trajectory.txt");
   const fs::path poses = fs::is_directory(truth) ? truth / "groundtruth.txt" : truth;
   SE3 T_reference_map;
   std::optional<SE3> T_reference_datum;
   if (!fs::exists(poses)) {
     evaluation.remarks.push_back(poses.string() + " does not exist: no trajectory compared");
   } else {
-    const Trajectory reference = Trajectory::read_tum(poses);
-    evaluation.trajectory = trajectory_error(estimate, reference);
+    const Trajectory reference = read_reference(poses, estimate, evaluation);
+    evaluation.trajectory = trajectory_error(estimate, reference, 0.5, evaluation.alignment);
     if (!evaluation.trajectory) {
       throw Error(poses.string() + ": found no times that meet those of the map's trajectory, " +
                   "expected the reference of the same recording");
     }
-    T_reference_map = align_poses(estimate, reference);
+    T_reference_map = align_poses(estimate, reference, evaluation.alignment);
     T_reference_datum = align_first_pose(estimate, reference);
   }
+  if (!fs::is_directory(truth)) return;
+  if (const auto known = sim::read_truth(truth)) {
+    compare_with_simulation(map, *known, estimate, T_reference_map, T_reference_datum, evaluation);
+  } else {
+    evaluation.remarks.push_back("no truth.yaml: planes and grid not compared");
+  }
+}
+
+}  // namespace
+
+Evaluation evaluate(const fs::path& map, const fs::path& truth, const EvaluationOptions& options) {
+  Evaluation evaluation;
+  evaluation.alignment = options.alignment;
+  evaluation.by_index = options.by_index;
+  const Trajectory estimate = Trajectory::read_tum(map / "trajectory.txt");
+  if (!options.relations.empty()) {
+    evaluation.relations = relation_errors(estimate, read_relations(options.relations));
+    if (evaluation.relations->translation_m.count == 0) {
+      throw Error(options.relations.string() + ": found no times of the map's trajectory, " +
+                  "expected relations of the same recording");
+    }
+  }
+  if (!truth.empty()) compare_with_truth(map, truth, estimate, evaluation);
   if (fs::exists(map / "planes.json")) {
     const auto planes = io::read_planes_json(map / "planes.json");
     evaluation.map_planes = planes.size();
     evaluation.near_pairs = near_pairs(planes);
   }
-  if (fs::is_directory(truth)) {
-    if (const auto known = sim::read_truth(truth)) {
-      compare_with_simulation(map, *known, estimate, T_reference_map, T_reference_datum,
-                              evaluation);
-    } else {
-      evaluation.remarks.push_back("no truth.yaml: planes and grid not compared");
-    }
-  }
-  if (!evaluation.trajectory && !evaluation.planes && !evaluation.grid) {
+  if (!evaluation.trajectory && !evaluation.planes && !evaluation.grid && !evaluation.relations) {
     throw Error(truth.string() +
                 ": found neither groundtruth.txt nor truth.yaml, expected one of them at least");
   }

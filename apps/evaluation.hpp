@@ -9,12 +9,16 @@
 
 #include <lamina/apps/grid_error.hpp>
 #include <lamina/apps/plane_error.hpp>
+#include <lamina/apps/relation_error.hpp>
 #include <lamina/apps/trajectory_error.hpp>
 
 namespace lamina::apps {
 
 struct Evaluation {
   std::optional<TrajectoryError> trajectory;
+  Alignment alignment = Alignment::kSe3;  ///< of trajectory->ate_m, planes and grid
+  bool by_index = false;
+  std::optional<RelationErrors> relations;
   std::optional<PlaneErrors> planes;
   std::optional<GridErrors> grid;
   std::optional<PathErrors> path;  ///< of DIR/path.csv, where there is one
@@ -29,13 +33,25 @@ struct EvaluationLimits {
   std::optional<int> max_missed;
 };
 
-/// `map`: an output folder; `truth`: a dataset folder with groundtruth.txt (and truth.yaml), or a
-/// TUM file. Throws lamina::Error when a file is absent or damaged, or nothing can be compared.
-Evaluation evaluate(const std::filesystem::path& map, const std::filesystem::path& truth);
+struct EvaluationOptions {
+  Alignment alignment = Alignment::kSe3;
+  bool by_index = false;            ///< pose by pose in order, whatever the reference's stamps
+  std::filesystem::path relations;  ///< of read_relations(); empty: none
+};
+
+/// `map`: an output folder; `truth`: a dataset folder with groundtruth.txt (and truth.yaml), a TUM
+/// file, or empty. Throws lamina::Error when a file is absent or damaged, or nothing can be
+/// compared.
+Evaluation evaluate(const std::filesystem::path& map, const std::filesystem::path& truth,
+                    const EvaluationOptions& options = {});
+
+/// The reference's poses at the estimate's stamps, one by one, as far as the shorter goes.
+Trajectory paired_by_index(const Trajectory& estimate, const Trajectory& reference);
 
 /// T_reference_map by the mean rotation and offset over whole poses: an alignment that a straight
-/// path determines, too. Identity when no stamps meet.
-SE3 align_poses(const Trajectory& estimate, const Trajectory& reference);
+/// path determines, too; of kYaw the turn about z. Identity when no stamps meet.
+SE3 align_poses(const Trajectory& estimate, const Trajectory& reference,
+                Alignment alignment = Alignment::kSe3);
 
 /// T_reference_map that lays the first pose whose stamp the reference has on the true one; nullopt
 /// when no stamps meet.

@@ -79,6 +79,39 @@ Json to_json(const GridErrors& g) {
           {"near_heights", g.near_heights}};
 }
 
+std::string name_of(Alignment alignment) {
+  if (alignment == Alignment::kNone) return "none";
+  return alignment == Alignment::kYaw ? "yaw" : "se3";
+}
+
+Json with_deviation(const ErrorStatistics& s) {
+  Json json = to_json(s);
+  json["std"] = s.deviation();
+  return json;
+}
+
+Json to_json(const RelationErrors& r) {
+  return {{"count", r.translation_m.count},
+          {"without_pose", r.without_pose},
+          {"translation_m", with_deviation(r.translation_m)},
+          {"rotation_deg", with_deviation(r.rotation_deg)},
+          {"worst", {r.worst.from.seconds(), r.worst.to.seconds()}}};
+}
+
+std::string relations_text(const RelationErrors& r) {
+  const auto line = [](const char* name, const ErrorStatistics& s, const char* unit) {
+    return fmt::format("{:<26} mean {:9.4f}  std {:10.4f}  median {:9.4f}  max {:9.4f} {}\n", name,
+                       s.mean, s.deviation(), s.median, s.max, unit);
+  };
+  std::string text = fmt::format("relations                  {} compared", r.translation_m.count);
+  if (r.without_pose > 0) text += fmt::format(", {} without a pose at their times", r.without_pose);
+  return text +
+         fmt::format(", largest error from {} to {}\n", r.worst.from.to_string(),
+                     r.worst.to.to_string()) +
+         line("relations, translation", r.translation_m, "m") +
+         line("relations, rotation", r.rotation_deg, "degrees");
+}
+
 // How honest the planes' sigmas are: squared errors over their covariance, 3 degrees of freedom.
 std::string sigmas_text(const PlaneErrors& p) {
   constexpr double kOneInAThousand = 16.27;
@@ -129,13 +162,17 @@ std::string to_text(const Evaluation& evaluation) {
     const TrajectoryError& t = *evaluation.trajectory;
     text += fmt::format("poses                      {} of {} matched over {:.1f} m\n", t.matched,
                         t.estimated, t.length_m);
-    text += row("ATE aligned", t.ate_m, "m");
-    text += row("ATE aligned, angle", t.ate_deg, "degrees");
+    const std::string how = evaluation.alignment == Alignment::kNone  ? ", not moved"
+                            : evaluation.alignment == Alignment::kYaw ? " by yaw"
+                                                                      : "";
+    text += row("ATE aligned" + how, t.ate_m, "m");
+    text += row("ATE aligned" + how + ", angle", t.ate_deg, "degrees");
     text += row("ATE from the first pose", t.ate_first_m, "m");
     text += row("ATE as it stands", t.ate_unaligned_m, "m");
     text += row(fmt::format("RPE over {:g} s", t.rpe_interval_s), t.rpe_m, "m");
     text += row(fmt::format("RPE over {:g} s, angle", t.rpe_interval_s), t.rpe_deg, "degrees");
   }
+  if (evaluation.relations) text += relations_text(*evaluation.relations);
   if (evaluation.planes) text += planes_text(*evaluation.planes);
   if (evaluation.map_planes > 0) {
     text += fmt::format(
@@ -157,9 +194,12 @@ void write_evaluation(const std::filesystem::path& file, const Evaluation& evalu
   Json json = Json::object();
   if (evaluation.trajectory) {
     json["trajectory"] = to_json(*evaluation.trajectory);
+    json["trajectory"]["alignment"] = name_of(evaluation.alignment);
+    json["trajectory"]["by_index"] = evaluation.by_index;
     json["trajectory"]["times"] = evaluation.trajectory->times;
     json["trajectory"]["errors_m"] = evaluation.trajectory->errors_m;
   }
+  if (evaluation.relations) json["relations"] = to_json(*evaluation.relations);
   if (evaluation.planes) json["planes"] = to_json(*evaluation.planes);
   if (evaluation.map_planes > 0) json["near_pairs"] = evaluation.near_pairs;
   if (evaluation.grid) json["grid"] = to_json(*evaluation.grid);

@@ -12,22 +12,10 @@ namespace {
 
 constexpr double kDegree = M_PI / 180.0;
 
-ErrorStatistics statistics(std::vector<double> errors) {
-  ErrorStatistics s;
-  s.count = static_cast<int>(errors.size());
-  if (errors.empty()) return s;
-  double sum = 0, squares = 0;
-  for (const double e : errors) {
-    sum += e;
-    squares += e * e;
-    s.max = std::max(s.max, e);
-  }
-  s.mean = sum / s.count;
-  s.rmse = std::sqrt(squares / s.count);
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  s.median = *middle;
-  return s;
+Eigen::Vector3d mean_of(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point : points) mean += point / static_cast<double>(points.size());
+  return mean;
 }
 
 struct Pair {
@@ -50,7 +38,7 @@ ErrorStatistics distances(const std::vector<Pair>& pairs, const SE3& T_reference
     errors.push_back(
         (T_reference_estimate * p.estimate.translation() - p.reference.translation()).norm());
   }
-  return statistics(std::move(errors));
+  return error_statistics(std::move(errors));
 }
 
 // Points on a line leave a turn about it open, or to millimetres of noise: attitudes tell it then.
@@ -91,20 +79,37 @@ void relative_errors(const std::vector<Pair>& pairs, TrajectoryError& result) {
     metres.push_back(error.translation().norm());
     degrees.push_back(error.so3().log().norm() / kDegree);
   }
-  result.rpe_m = statistics(std::move(metres));
-  result.rpe_deg = statistics(std::move(degrees));
+  result.rpe_m = error_statistics(std::move(metres));
+  result.rpe_deg = error_statistics(std::move(degrees));
 }
 
 }  // namespace
 
+double ErrorStatistics::deviation() const {
+  return std::sqrt(std::max(0.0, rmse * rmse - mean * mean));
+}
+
+ErrorStatistics error_statistics(std::vector<double> errors) {
+  ErrorStatistics s;
+  s.count = static_cast<int>(errors.size());
+  if (errors.empty()) return s;
+  double sum = 0, squares = 0;
+  for (const double e : errors) {
+    sum += e;
+    squares += e * e;
+    s.max = std::max(s.max, e);
+  }
+  s.mean = sum / s.count;
+  s.rmse = std::sqrt(squares / s.count);
+  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
+  std::nth_element(errors.begin(), middle, errors.end());
+  s.median = *middle;
+  return s;
+}
+
 SE3 align(const std::vector<Eigen::Vector3d>& points_a,
           const std::vector<Eigen::Vector3d>& points_b) {
-  Eigen::Vector3d mean_a = Eigen::Vector3d::Zero(), mean_b = Eigen::Vector3d::Zero();
-  const auto n = static_cast<double>(points_a.size());
-  for (std::size_t i = 0; i < points_a.size(); ++i) {
-    mean_a += points_a[i] / n;
-    mean_b += points_b[i] / n;
-  }
+  const Eigen::Vector3d mean_a = mean_of(points_a), mean_b = mean_of(points_b);
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
   for (std::size_t i = 0; i < points_a.size(); ++i) {
     H += (points_a[i] - mean_a) * (points_b[i] - mean_b).transpose();
@@ -117,8 +122,22 @@ SE3 align(const std::vector<Eigen::Vector3d>& points_a,
   return SE3(so3, mean_a - so3 * mean_b);
 }
 
+SE3 align_by_yaw(const std::vector<Eigen::Vector3d>& points_a,
+                 const std::vector<Eigen::Vector3d>& points_b) {
+  const Eigen::Vector3d mean_a = mean_of(points_a), mean_b = mean_of(points_b);
+  double along = 0, across = 0;
+  for (std::size_t i = 0; i < points_a.size(); ++i) {
+    const Eigen::Vector3d a = points_a[i] - mean_a, b = points_b[i] - mean_b;
+    along += a.head<2>().dot(b.head<2>());
+    across += b.x() * a.y() - b.y() * a.x();
+  }
+  const SO3 R = SO3::rot_z(std::atan2(across, along));
+  return SE3(R, mean_a - R * mean_b);
+}
+
 std::optional<TrajectoryError> trajectory_error(const Trajectory& estimate,
-                                                const Trajectory& reference, double max_gap) {
+                                                const Trajectory& reference, double max_gap,
+                                                Alignment alignment) {
   const std::vector<Pair> pairs = matched_poses(estimate, reference, max_gap);
   if (pairs.size() < 2) return std::nullopt;
   TrajectoryError result;
@@ -130,9 +149,14 @@ std::optional<TrajectoryError> trajectory_error(const Trajectory& estimate,
     points_estimate.push_back(pairs[i].estimate.translation());
     if (i > 0) result.length_m += (points_reference[i] - points_reference[i - 1]).norm();
   }
-  result.T_reference_estimate = align(points_reference, points_estimate);
+  if (alignment == Alignment::kSe3) {
+    result.T_reference_estimate = align(points_reference, points_estimate);
+  } else if (alignment == Alignment::kYaw) {
+    result.T_reference_estimate = align_by_yaw(points_reference, points_estimate);
+  }
   result.ate_m = distances(pairs, result.T_reference_estimate);
-  const SE3 turn = turn_about_line(pairs, result.T_reference_estimate);
+  const SE3 turn =
+      alignment == Alignment::kSe3 ? turn_about_line(pairs, result.T_reference_estimate) : SE3();
   result.ate_first_m = distances(pairs, pairs.front().reference * pairs.front().estimate.inverse());
   result.ate_unaligned_m = distances(pairs, SE3());
   std::vector<double> angles;
@@ -143,7 +167,7 @@ std::optional<TrajectoryError> trajectory_error(const Trajectory& estimate,
     angles.push_back((p.reference.so3().inverse() * (turn * aligned).so3()).log().norm() / kDegree);
   }
   result.T_reference_estimate = turn * result.T_reference_estimate;
-  result.ate_deg = statistics(std::move(angles));
+  result.ate_deg = error_statistics(std::move(angles));
   relative_errors(pairs, result);
   return result;
 }
