@@ -99,6 +99,7 @@ TEST(Contract, WrongUsageIsOneLineAndExitTwo) {
   expect_usage({"evaluate", "nothing", "--truth", data}, "found no such folder");
   expect_usage({"refine", "nothing", "--output", out}, "session.lamina");
   expect_usage({"evaluate", map, "--truth", "nothing"}, "does not exist");
+  expect_usage({"evaluate", map}, "--truth DATASET or --relations FILE is missing");
   EXPECT_FALSE(std::filesystem::exists(out)) << "nothing is written where usage is at fault";
 }
 

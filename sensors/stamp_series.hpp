@@ -1,0 +1,53 @@
+// Stamps of one stream whose order is known: those that cannot be are replaced.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include <lamina/models/timestamp.hpp>
+
+namespace lamina {
+
+struct SeriesOptions {
+  /// Share of stamps outside the longest increasing run up to which each is an accident of its own
+  /// and laid between its neighbours; above, the whole stream is laid on its usual period.
+  double few = 0.2;
+  /// Share of stamps that must be later than those 20 records before, or they are rubbish.
+  double growing = 0.8;
+  /// A clock that is set back more often has jitter, not steps.
+  std::size_t most_steps = 5;
+  /// Stamps to either side that say where one belongs: white jitter falls by the root of them.
+  std::size_t half_window = 25;
+  /// s; a clock that leaps ahead by more has been set or ran over, nobody waited as long.
+  double longest_pause = 1e6;
+  /// In usual intervals: a silence that may be a stall, after which what was held back comes at
+  /// once.
+  double stall = 4;
+  /// In usual intervals: stamps nearer to each other are of one burst.
+  double burst = 0.3;
+};
+
+/// From record `at` on the clock was set back by `back` (s; negative: ahead).
+struct ClockStep {
+  std::size_t at = 0;
+  double back = 0;
+};
+
+struct StampSeries {
+  std::vector<Timestamp> stamps;     ///< one a record, strictly increasing
+  std::vector<ClockStep> steps;      ///< taken out
+  std::size_t unordered = 0;         ///< stamps absent, equal to the one before, or before it
+  std::size_t bursts = 0;            ///< stalls after which several came at once
+  std::size_t retimed = 0;           ///< records whose stamp is not the recorded one
+  std::optional<std::size_t> first;  ///< the first record at fault
+  double interval = 0;               ///< s, usual; 0: not known
+};
+
+/// nullopt where the stamps say nothing: fewer than a few different ones. Stamps that increase
+/// strictly, without bursts and leaps, come back as they are.
+std::optional<StampSeries> ordered_stamps(std::span<const std::optional<Timestamp>> recorded,
+                                          const SeriesOptions& options = {});
+
+}  // namespace lamina
