@@ -10,4 +10,9 @@ namespace lamina::apps {
 /// of its letters would change, and at least two).
 std::string nearest(const std::string& name, const std::vector<std::string>& candidates);
 
+/// ": did you mean 'NEAR'?", the end of a line about something that is not known.
+inline std::string did_you_mean(const std::string& near) {
+  return ": did you mean '" + near + "'?";
+}
+
 }  // namespace lamina::apps

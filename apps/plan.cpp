@@ -53,7 +53,8 @@ int plan(const std::filesystem::path& map, const Eigen::Vector2d& from, const Ei
   for (const Eigen::Vector2d& p : plan.path_map) fmt::print("{:.3f},{:.3f}\n", p.x(), p.y());
   io::write_path_csv(map / "path.csv", plan.path_map);
   io::write_path_png(map / "path.png", grid, plan.path_map);
-  std::cerr << fmt::format("{:.2f} m, {} places\n", plan.length, plan.path_map.size());
+  std::cerr << fmt::format("{:.2f} m, {} waypoints; wrote path.csv, path.png\n", plan.length,
+                           plan.path_map.size());
   return kDone;
 }
 

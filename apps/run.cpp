@@ -7,6 +7,8 @@
 #include <exception>
 #include <filesystem>
 #include <iostream>
+#include <optional>
+#include <regex>
 
 #include <lamina/apps/nearest.hpp>
 #include <lamina/apps/verbs.hpp>
@@ -20,38 +22,68 @@ std::vector<Verb> all_verbs() {
           evaluate_verb(), info_verb(),   view_verb(), config_verb()};
 }
 
-// One line for what the user typed wrong: the verb or option that was meant, where one is near.
-std::string usage_line(const CLI::ParseError& error, const CLI::App& app, int argc,
-                       const char* const* argv) {
-  std::vector<std::string> verbs, options;
-  for (const auto* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
-    verbs.push_back(sub->get_name());
-    if (argc > 1 && sub->get_name() == argv[1]) {
-      for (const auto* option : sub->get_options()) {
-        for (const auto& name : option->get_lnames()) options.push_back("--" + name);
-      }
-    }
-  }
-  std::string line = error.what();
-  if (argc < 2) return "found no verb, expected one of those `lamina --help` lists";
-  if (std::find(verbs.begin(), verbs.end(), argv[1]) == verbs.end()) {
-    const std::string near = nearest(argv[1], verbs);
-    line = "found the unknown verb '" + std::string(argv[1]) + "', expected " +
-           (near.empty() ? "one of those `lamina --help` lists" : "'" + near + "'?");
-    return line;
-  }
+// The verb's example, indented on a line of its own, as a sentence's end.
+std::string example_of(const CLI::App& verb) {
+  const std::string footer = verb.get_footer();
+  const auto begin = footer.find("lamina ");
+  return begin == std::string::npos ? "" : "; e.g. " + footer.substr(begin);
+}
+
+// The first word that looks like an option and is none, with the one that was meant.
+std::optional<std::string> unknown_option(const CLI::App& verb, int argc, const char* const* argv) {
+  std::vector<std::string> options;
+  for (const auto* option : verb.get_options())
+    for (const auto& name : option->get_lnames()) options.push_back("--" + name);
   for (int i = 2; i < argc; ++i) {
     const std::string word = argv[i];
-    if (word.rfind("--", 0) != 0) continue;
     const std::string name = word.substr(0, word.find('='));
-    if (std::find(options.begin(), options.end(), name) != options.end()) continue;
+    if (word.rfind("--", 0) != 0 || std::count(options.begin(), options.end(), name)) continue;
     const std::string near = nearest(name, options);
-    if (!near.empty()) return "found the unknown option '" + name + "', expected '" + near + "'?";
+    return "unknown option '" + name + "'" +
+           (near.empty() ? ": `lamina " + verb.get_name() + " --help` lists all"
+                         : did_you_mean(near));
   }
-  line = line.substr(0, line.find('\n'));
-  // CLI11's own words say what is wrong; where to look for what is right is added.
-  const std::string verb = argv[1];
-  return verb + ": found that " + line + ", expected what `lamina " + verb + " --help` says";
+  return std::nullopt;
+}
+
+// A value that is none of a list: CLI11 says "--mode: fast not in {offline,online}".
+std::optional<std::string> not_in_list(const std::string& text) {
+  static const std::regex kPattern("(-[^:]*): (.*) not in \\{(.*)\\}.*");
+  std::smatch parts;
+  if (!std::regex_match(text, parts, kPattern)) return std::nullopt;
+  return parts[1].str() + " '" + parts[2].str() + "': expected " +
+         std::regex_replace(parts[3].str(), std::regex(","), " or ");
+}
+
+// One line for what the user typed wrong.
+std::string usage_line(const CLI::ParseError& error, const CLI::App& app, int argc,
+                       const char* const* argv) {
+  if (argc < 2) return "a verb is missing: `lamina --help` lists them";
+  std::vector<std::string> verbs;
+  const CLI::App* verb = nullptr;
+  for (const auto* sub : app.get_subcommands([](const CLI::App*) { return true; })) {
+    verbs.push_back(sub->get_name());
+    if (sub->get_name() == argv[1]) verb = sub;
+  }
+  if (!verb) {
+    const std::string near = nearest(argv[1], verbs);
+    return "unknown verb '" + std::string(argv[1]) + "'" +
+           (near.empty() ? ": `lamina --help` lists them" : did_you_mean(near));
+  }
+  if (const auto unknown = unknown_option(*verb, argc, argv)) return *unknown;
+  std::string said = error.what();
+  said = said.substr(0, said.find('\n'));
+  const std::string name = verb->get_name();
+  if (const auto of_list = not_in_list(said)) return name + ": " + *of_list;
+  if (const auto end = said.find(" is required"); end != std::string::npos) {
+    const std::string option = said.substr(0, end);
+    return name + ": " + option + (option == "--output" ? " DIR" : "") + " is missing" +
+           example_of(*verb);
+  }
+  const std::string extra = "The following argument was not expected: ";
+  if (said.rfind(extra, 0) == 0)
+    return name + ": one INPUT only, found a second: " + said.substr(extra.size());
+  return name + ": " + said + example_of(*verb);
 }
 
 // `--live 8080` as `--live=8080`: what follows a flag would else be taken for the recording.

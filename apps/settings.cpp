@@ -76,8 +76,8 @@ void set(Settings& settings, const std::string& key, const std::string& value,
     names.push_back(setting.key);
   }
   const std::string near = nearest(key, names);
-  throw Error(origin + ": found the unknown key '" + key + "', expected " +
-              (near.empty() ? "a key of `lamina config --defaults`" : "'" + near + "'?"));
+  throw Error(origin + ": unknown key '" + key + "'" +
+              (near.empty() ? ": `lamina config --defaults` lists all" : did_you_mean(near)));
 }
 
 void set_assignment(Settings& settings, const std::string& assignment) {

@@ -43,9 +43,9 @@ void require_scene(const std::string& scene) {
   for (const auto& [name, text] : sim::scene_list()) names.push_back(name);
   if (std::find(names.begin(), names.end(), scene) != names.end()) return;
   const std::string near = nearest(scene, names);
-  throw Error(
-      "simulate: found no scene '" + scene + "', expected " +
-      (near.empty() ? "a name of `lamina simulate --list` or a scene YAML" : "'" + near + "'?"));
+  throw Error("simulate: unknown scene '" + scene + "'" +
+              (near.empty() ? ", expected a name of `lamina simulate --list` or a scene YAML"
+                            : did_you_mean(near)));
 }
 
 int simulate(const SimulateOptions& o) {

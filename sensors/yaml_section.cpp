@@ -79,7 +79,7 @@ void YamlSection::check_keys(std::initializer_list<std::string_view> known) cons
     if (std::find(known.begin(), known.end(), key) == known.end()) {
       const std::vector<std::string_view> names(known);
       throw input_error(file_, line + name, "unknown key " + shown(key),
-                        "a known one, such as '" + nearest_name(key, names) + "'");
+                        "a known one: did you mean '" + nearest_name(key, names) + "'?");
     }
     if (!seen.insert(key).second) {
       throw input_error(file_, line + name, "key " + shown(key) + " a second time",

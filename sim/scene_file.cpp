@@ -34,7 +34,7 @@ class Item {
         std::string all;
         for (const std::string& name : known) all += (all.empty() ? "" : ", ") + name;
         fail(pair.first, "unknown key \"" + key + '"',
-             hint.empty() ? "one of " + all : "perhaps " + hint);
+             hint.empty() ? "one of " + all : "a known one: did you mean '" + hint + "'?");
       }
     }
   }

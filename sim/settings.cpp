@@ -105,9 +105,9 @@ void Settings::finish() const {
   for (const auto& [key, value] : parameters_) {
     if (!known_.contains(key)) {
       const std::string hint = nearest_name(key, {known_.begin(), known_.end()});
-      throw input_error(
-          "scene " + scene_, key, "a key this scene does not have",
-          hint.empty() ? "a key of docs/simulator.md for the sensors it has" : "perhaps " + hint);
+      throw input_error("scene " + scene_, key, "a key this scene does not have",
+                        hint.empty() ? "a key of docs/simulator.md for the sensors it has"
+                                     : "a known one: did you mean '" + hint + "'?");
     }
   }
 }

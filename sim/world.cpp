@@ -119,7 +119,8 @@ World make_scene(const std::string& name, const Parameters& parameters) {
   }
   const std::string hint = nearest_name(name, names);
   throw input_error("scene", "", '"' + name + '"',
-                    hint.empty() ? "a built-in scene (lamina simulate --list)" : "perhaps " + hint);
+                    hint.empty() ? "a built-in scene (lamina simulate --list)"
+                                 : "a known one: did you mean '" + hint + "'?");
 }
 
 }  // namespace lamina::sim

@@ -76,18 +76,23 @@ TEST(Contract, SaysItsVersion) {
 
 TEST(Contract, WrongUsageIsOneLineAndExitTwo) {
   const std::string map = mapped(1), data = room(1), out = scratch() / "none";
-  expect_usage({}, "found no verb");
-  expect_usage({"mpa", data}, "expected 'map'?");
-  expect_usage({"map"}, "INPUT is required");
-  expect_usage({"map", data, "--outptu", out}, "expected '--output'?");
+  expect_usage({}, "a verb is missing");
+  expect_usage({"mpa", data}, "unknown verb 'mpa': did you mean 'map'?");
+  expect_usage({"map"}, "map: INPUT is missing; e.g. lamina map");
+  expect_usage({"map", data, "--outptu", out},
+               "unknown option '--outptu': did you mean '--output'?");
   expect_usage({"map", "nothing", "--output", out}, "found no such file or folder");
-  expect_usage({"map", data, "--output", out, "--mode", "fast"}, "--mode");
+  expect_usage({"map", data, "--output", out, "--mode", "fast"},
+               "map: --mode 'fast': expected offline or online");
+  expect_usage({"map", data}, "map: --output DIR is missing; e.g. lamina map recording.log");
+  expect_usage({"map", data, data, "--output", out},
+               "map: one INPUT only, found a second: " + data);
   expect_usage({"map", data, "--output", out, "--set", "window.keyframe=9"},
-               "expected 'window.keyframes'?");
+               "did you mean 'window.keyframes'?");
   expect_usage({"map", data, "--output", out, "--set", "window.keyframes=many"},
                "found 'many', expected a whole number");
   expect_usage({"map", data, "--output", out, "--preset", "indoor"}, "expected auto, indoor_rgbd");
-  expect_usage({"simulate", "rom", "--output", out}, "expected 'room'?");
+  expect_usage({"simulate", "rom", "--output", out}, "unknown scene 'rom': did you mean 'room'?");
   expect_usage({"plan", map, "--from", "0", "--to", "1,1"}, "expected X,Y");
   expect_usage({"view", "nothing"},
                "nothing: found no such folder, expected a map's output folder");
@@ -125,7 +130,7 @@ TEST(Contract, WrongConfigurationNamesFileAndLine) {
   const Path config = scratch() / "wrong.yaml";
   std::ofstream(config) << "window:\n  keyframes: 20\n  keyfrmes: 3\n";
   expect_usage({"map", room(1), "--output", scratch() / "none", "--config", config},
-               config.string() + ":3: found the unknown key 'window.keyfrmes'");
+               config.string() + ":3: unknown key 'window.keyfrmes'");
 }
 
 TEST(Contract, WrongCalibrationNamesFileLineAndKey) {

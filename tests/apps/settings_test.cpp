@@ -91,7 +91,7 @@ TEST(Settings, EveryNumberHasARangeThatIsKept) {
 
 TEST(Settings, UnknownKeysSuggestTheNearest) {
   EXPECT_EQ(message_of("robot.hight_m=1"),
-            "--set: found the unknown key 'robot.hight_m', expected 'robot.height_m'?");
+            "--set: unknown key 'robot.hight_m': did you mean 'robot.height_m'?");
   EXPECT_THAT(message_of("nonsense=1"), testing::HasSubstr("lamina config --defaults"));
 }
 
@@ -111,8 +111,8 @@ TEST(Settings, FilesAreNamedWithTheLine) {
     FAIL() << "expected an error";
   } catch (const Error& error) {
     EXPECT_EQ(std::string(error.what()), file.string() +
-                                             ":3: found the unknown key 'robot.radios_m', expected "
-                                             "'robot.radius_m'?");
+                                             ":3: unknown key 'robot.radios_m': did you "
+                                             "mean 'robot.radius_m'?");
   }
 }
 

@@ -77,8 +77,8 @@ TEST(Malformed, CalibrationMessages) {
   EXPECT_EQ(calibration_message(replaced(good, "  fx: 5.0\n", "")),
             "c.yaml:2: depth_camera.fx: found nothing, expected a focal length above 0 (px)");
   EXPECT_EQ(calibration_message(replaced(good, "depth_scale", "depth_scal")),
-            "c.yaml:9: depth_camera: found unknown key 'depth_scal', expected a known one, such "
-            "as 'depth_scale'");
+            "c.yaml:9: depth_camera: found unknown key 'depth_scal', expected a known one: did "
+            "you mean 'depth_scale'?");
   EXPECT_EQ(calibration_message(replaced(good, "fy: 5.0", "fx: 5.0")),
             "c.yaml:6: depth_camera: found key 'fx' a second time, expected each key once");
   EXPECT_EQ(calibration_message(replaced(good, "width: 4", "width: 4000000000")),

@@ -82,8 +82,10 @@ TEST_F(SceneFile, HoldsAllKindsOfThings) {
 }
 
 TEST_F(SceneFile, MistakesNameLineKeyAndTheNearestRightOne) {
-  EXPECT_THAT(message_of("grond: []\n"),
-              HasSubstr("s.yaml:1: found unknown key \"grond\", expected perhaps ground"));
+  EXPECT_THAT(
+      message_of("grond: []\n"),
+      HasSubstr(
+          "s.yaml:1: found unknown key \"grond\", expected a known one: did you mean 'ground'?"));
   EXPECT_THAT(message_of("ground:\n  - {area: [0, 0, 1]}\n"), HasSubstr("3 numbers, expected 4"));
   EXPECT_THAT(message_of("boxes:\n  - {size: big}\n"),
               HasSubstr("s.yaml:2: boxes[0]: found another value for size"));
@@ -94,7 +96,7 @@ TEST_F(SceneFile, MistakesNameLineKeyAndTheNearestRightOne) {
   EXPECT_THAT(message_of("ground:\n  - {area: [0, 0, 1, 1], label: flor}\n"),
               HasSubstr("floor, ramp"));
   EXPECT_THAT(message_of("ground:\n  - {area: [0, 0, 1, 1]}\nsettings: {camera.hight_m: 1}\n"),
-              HasSubstr("perhaps camera.height_m"));
+              HasSubstr("did you mean 'camera.height_m'?"));
   EXPECT_THROW(load_scene((folder_ / "none.yaml").string()), Error);
   EXPECT_THROW(load_scene("no_such_scene"), Error);
 }
