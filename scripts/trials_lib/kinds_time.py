@@ -75,8 +75,7 @@ def bursts(r, chance, variant, more):
       CLOCK_WORDS)
 def microseconds_unpadded(r, chance, variant, more):
     def text(_, ns):
-        stamp = f"{ns // SECOND}.{ns % SECOND // 1000}"
-        return f"{stamp} robot {stamp}"
+        return f"{ns // SECOND}.{ns % SECOND // 1000}"
     r.log_stamps = text
     if variant:  # and a wandering clock, so that fractions of all sizes are there
         for item in everything(r):

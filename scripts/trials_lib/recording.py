@@ -251,17 +251,15 @@ class Recording:
 
     def write_log(self, path):
         path = path.with_suffix(".log")
-        first = min(item.true for item in self.scans + self.odometry)
         lines = list(self.log_head)
         # The order of writing is that of measuring.
         items = sorted(self.odometry + self.scans, key=lambda i: (i.true, isinstance(i, Scan)))
         for index, item in enumerate(items):
-            logged = (item.true - first) / SECOND
             if self.log_stamps:
                 stamp = self.log_stamps(index, item.stamp)
             else:
                 stamp = f"{item.stamp // SECOND}.{item.stamp % SECOND // 1000:06d}"
-            stamp = stamp if " " in stamp else f"{stamp} {self.log_host} {logged:.6f}"
+            stamp = f"{stamp} {self.log_host} {stamp}"  # sender's and logger's: one clock
             if isinstance(item, Scan):
                 lines.append(self._log_scan(item, stamp))
             else:
