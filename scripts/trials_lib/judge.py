@@ -18,7 +18,7 @@ SHARE = 0.05          # of occupied or free cells that may be wrong
 MARGIN = 15           # cells that the truth's grid is widened by
 LEAST = 20            # wrong cells that are no accident
 FREE, BLOCKED = 0.8, 0.0   # navigability from and up to which ground counts as free, blocked
-KEPT = 0.8            # share of the frames and scans that must have a pose
+KEPT = 0.5            # share of the frames and scans that must have a pose, said or not
 
 
 @dataclasses.dataclass
@@ -26,6 +26,7 @@ class Verdict:
     right: bool
     ate: float = math.nan       # m, refined path
     ate_window: float = math.nan  # m, the path before the refinement
+    lost: float = 0.0           # share of frames and scans without a pose
     why: str = ""
     shares: tuple = ()          # wrong shares: occupied, free, blocked ground, free ground
 
@@ -231,7 +232,7 @@ def judge(folder, recording, truth_grid, camera, twin):
     if len(pairs) < 3:
         return Verdict(False, why=f"{len(path)} poses of {len(frames)}")
     move, ate = align(pairs, recording.truth)
-    verdict = Verdict(True, ate)
+    verdict = Verdict(True, ate, lost=1 - min(1.0, len(path) / len(frames)))
     before = folder / "trajectory_before.txt"
     if before.exists():
         verdict.ate_window = align(pair(read_path(before), frames)[0], recording.truth)[1]

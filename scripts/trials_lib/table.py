@@ -62,7 +62,8 @@ from a seed that no setting was tuned on. `scripts/trials --markdown` writes thi
   with the simulator's true ground, in the same yaw and translation: an occupied cell more than {near:.0f} cm off a true wall or obstacle
   (with cameras: also deeper than {tops:.0f} cm inside one), a free cell more than {edge:.0f} cm outside the ground that the robot reaches; with cameras
   the same of the navigability grid, its blocked cells as a share of the seen ground. Wrong, too: poses for fewer than
-  {kept:.0f} % of the frames and scans, or other stamps than the recorded ones where those increase.
+  {kept:.0f} % of the frames and scans, for fewer than 99 % with no word of it, or other stamps than the recorded ones where those
+  increase.
 - **Said**: a warning of `metrics.json` whose id names what was spoiled, or exit 2 with a line that names it
   (the patterns stand beside each kind in `scripts/trials_lib/kinds_*.py`).
 - Outcomes: right; said (wrong, but said); poor message (wrong or exit 2, and what is said names something else);

@@ -1,5 +1,6 @@
 """Runs one case: simulate, spoil, map, judge."""
 import dataclasses
+import hashlib
 import json
 import math
 import random
@@ -15,6 +16,7 @@ from .recording import SECOND, Recording
 
 CPU_LIMIT = 60     # s of work after which a program hangs
 WALL_LIMIT = 900   # s, where other work slows it down
+LOST = 0.01        # share of frames and scans without a pose that must be said
 RIGHT, SAID, POOR, SILENT = "right", "said", "poor message", "silently wrong"
 ALARM, HANG, BROKEN = "false alarm", "hang", "broken promise"
 
@@ -67,12 +69,14 @@ def run(command, log):
 
 
 class Bench:
-    def __init__(self, program, output, seed):
+    def __init__(self, program, output, seed, again=False):
         self.program, self.output, self.seed = program, output, seed
+        self.again = again  # judges what an earlier run left
         self._lock = threading.RLock()
         self._truths, self._twins, self._simulated = {}, {}, {}
-        shutil.rmtree(output, ignore_errors=True)
-        output.mkdir(parents=True)
+        if not again:
+            shutil.rmtree(output, ignore_errors=True)
+        output.mkdir(parents=True, exist_ok=True)
 
     # Simulations, shared between cases.
 
@@ -83,8 +87,12 @@ class Bench:
         key = json.dumps([base, variant, sorted((k, str(v)) for k, v in every.items())])
         with self._lock:
             if key not in self._simulated:
-                folder = self.output / "simulated" / f"{base}.{len(self._simulated)}"
-                folder.mkdir(parents=True)
+                short = hashlib.md5(key.encode()).hexdigest()[:8]
+                folder = self.output / "simulated" / f"{base}.{variant}.{short}"
+                self._simulated[key] = folder / "data"
+                if self.again and (folder / "data/truth.yaml").exists():
+                    return folder / "data"
+                folder.mkdir(parents=True, exist_ok=True)
                 sway, swell = self._hall(every)
                 if scene == "hall":
                     scene = scenes.write_hall(folder / "scene", sway, **swell)
@@ -95,7 +103,6 @@ class Bench:
                             "--output", folder / "data", *words], folder / "log.txt")
                 if done.code:
                     raise RuntimeError(f"{folder}/log.txt: {done.text.strip()}")
-                self._simulated[key] = folder / "data"
             return self._simulated[key]
 
     @staticmethod
@@ -122,6 +129,10 @@ class Bench:
 
     def map(self, recording, kind, folder):
         """Result of `map`: how it ended, its warnings."""
+        kept = folder / "run.json"
+        if self.again and kept.exists():
+            done = Run(**json.loads(kept.read_text()))
+            return done, self.warnings(folder / "map" / "metrics.json", done.text)
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
         path = recording.write(kind, folder / "input")
@@ -132,6 +143,7 @@ class Bench:
             options = ["--calibration", file]
         done = run([self.program, "map", path, "--output", folder / "map", "--quiet",
                     "--threads", 1, *options, *recording.map_options], folder / "log.txt")
+        kept.write_text(json.dumps(vars(done)))
         return done, self.warnings(folder / "map" / "metrics.json", done.text)
 
     @staticmethod
@@ -160,7 +172,9 @@ class Bench:
             return self._twins[key]
 
     def judge_twin(self, recording, data, base, form):
-        folder = self.output / f"twin.{len(self._twins)}.{base}.{form}"
+        folder = self.output / f"twin.{data.parent.name}.{form}"
+        if recording.time_increment:
+            folder = folder.with_name(folder.name + ".timed")
         done, warned = self.map(recording, form, folder)
         result = Result(folder.name, "twin", RIGHT, seconds=done.seconds, base=base)
         result.warnings = [w[0] or w[1] for w in warned]
@@ -215,7 +229,10 @@ class Bench:
         result.ate, result.ate_window, result.why = verdict.ate, verdict.ate_window, verdict.why
         named = any(re.search(kind.ids, name, re.I) if name else
                     re.search(kind.words, text, re.I) for name, text in warned)
-        if verdict.right:
+        lost = verdict.lost > LOST and not named
+        if verdict.right and lost:
+            result.why = f"{100 * verdict.lost:.0f} % of the poses left out, unsaid"
+        if verdict.right and not lost:
             result.outcome = RIGHT
         elif named:
             result.outcome = SAID
