@@ -211,7 +211,9 @@ class Bench:
         if done.hang:
             result.outcome = HANG
         elif done.code == 2:
-            result.message = done.text.strip().splitlines()[-1] if done.text.strip() else ""
+            # The folder's name is the kind's: no word of the program's.
+            result.message = (done.text.strip().splitlines() or [""])[-1].replace(
+                str(folder) + "/", "")
             named = re.search(kind.words, result.message, re.I)
             result.outcome = SAID if named else POOR
         elif done.code:
