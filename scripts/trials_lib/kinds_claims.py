@@ -209,13 +209,13 @@ def depth_stretched(r, chance, variant, more):
 
 
 @kind("claims", "depth in 32FC1 is millimetres", ("room_camera", "room_both"), "bag",
-      r"depth|unit|milli|scale", r"milli|unit|scale")
+      r"unit|milli|scale", r"milli|unit|scale")
 def depth_in_millimetres(r, chance, variant, more):
     r.encoding = "32FC1 mm"
 
 
 @kind("claims", "depth_scale 1000 for 5000, or 5000 for 1000", "room_camera", "folder",
-      r"depth|scale|unit|milli", r"depth_scale|scale|height",
+      r"scale|unit|milli", r"depth_scale|scale|height",
       both=lambda c, v: {"camera.depth_scale": 1000 if v else 5000})
 def depth_scale_wrong(r, chance, variant, more):
     r.calibration["depth_camera"]["depth_scale"] = "5000" if variant else "1000"

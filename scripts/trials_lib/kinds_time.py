@@ -77,6 +77,7 @@ def microseconds_unpadded(r, chance, variant, more):
     def text(_, ns):
         return f"{ns // SECOND}.{ns % SECOND // 1000}"
     r.log_stamps = text
+    shift_stamps(everything(r), chance.uniform(0.02, 0.09))
     if variant:  # and a wandering clock, so that fractions of all sizes are there
         for item in everything(r):
             item.stamp += (item.true - r.odometry[0].true) // 1000
