@@ -155,15 +155,17 @@ def tips(r, chance, variant, more):
 
 @kind("scanner", "scans alone, five a second, on a robot that turns 15 to 24 degrees between them",
       "office_alone", ("folder", "bag"), r"fast|turn|tracking|rate|motion|heading|scan_gap|lost",
-      r"lost|turn|fast|motion|tracking", sim=lambda c, v: {"path.turn_rate": c.uniform(1.3, 2.1)})
+      r"lost|turn|fast|motion|tracking", both=lambda c, v: {"lidar.fov_deg": 200 + 40 * v,
+                                                            "lidar.beams": 181},
+      sim=lambda c, v: {"path.turn_rate": c.uniform(1.3, 2.1)})
 def fast_turns_alone(r, chance, variant, more):
     pass
 
 
-@kind("scanner", "a scanner that rocks by 1.5 to 4 degrees and meets the ground", "hall_scan",
+@kind("scanner", "a scanner that rocks by 2 to 5 degrees and meets the ground", "hall_scan",
       "folder", r"rock|tilt|ground|lean|level|uneven|planar", r"rock|tilt|ground|lean|level",
-      sim=lambda c, v: {"hall.sway_roll_deg": c.uniform(1.5, 4),
-                        "hall.sway_pitch_deg": c.uniform(1.5, 4),
+      sim=lambda c, v: {"hall.sway_roll_deg": c.uniform(2, 5),
+                        "hall.sway_pitch_deg": c.uniform(2, 5),
                         "hall.sway_period_s": c.uniform(1, 2)})
 def rocking(r, chance, variant, more):
     pass
@@ -197,7 +199,8 @@ def odometry_leaps(r, chance, variant, more):
 
 
 @kind("scanner", "two robots in one tf tree", "office_scan", "bag", r"robot|base_frame|tf|bodies",
-      r"two|robot|frame")
+      r"two|robot|frame",
+      both=lambda c, v: {"lidar.forward_m": 0.3, "lidar.yaw_deg": c.uniform(20, 60)})
 def two_robots(r, chance, variant, more):
     other = [Pose(o.true, o.stamp, [3 - o.pose[1], o.pose[0], 0] + list(
         multiply(about(2, math.pi / 2), o.pose[3:]))) for o in r.odometry]

@@ -25,7 +25,7 @@ BASES = {  # name: (scene, settings, has a camera)
     "ramp_both": ("ramp", {"camera.rate_hz": 2, "lidar.rate_hz": 5, "lidar.beams": 271,
                            "lidar.fov_deg": 270, "path.speed": 0.8, **SMALL_CAMERA}, True),
     "hall_scan": ("hall", {"camera.enabled": "off", "lidar.enabled": "on", "lidar.rate_hz": 5,
-                           "lidar.beams": 271, "lidar.fov_deg": 270, "lidar.height_m": 0.25,
+                           "lidar.beams": 271, "lidar.fov_deg": 270, "lidar.height_m": 0.15,
                            "odometry.sigma_rotation": 0.01}, False),
     "hall_camera": ("hall", {"camera.rate_hz": 3, "camera.pitch_deg": 25,
                              "odometry.sigma_rotation": 0.01, **SMALL_CAMERA}, True),
