@@ -4,9 +4,9 @@ import math
 from .kinds import kind
 from .recording import multiply
 
-CAMERA = r"camera|floor|height|mount|extrinsic"
+CAMERA = r"camera_(?!optical|upside|mirror)|floor_(height|unseen)|mounting|extrinsic"
 CAMERA_WORDS = r"camera|T_body_camera|height"
-TURNED = r"upside|camera|mirror|turned"
+TURNED = r"upside|mirror|camera_turned|images_turned"
 
 
 @kind("cameras", "the camera's height is stated 1.5 to 2 times, or .5 to .7", "room_camera",
@@ -34,14 +34,14 @@ def images_mirrored(r, chance, variant, more):
 
 
 @kind("cameras", "the camera's pitch is stated 30 to 45 degrees wrong",
-      ("room_camera", "room_both"), "folder", CAMERA + "|pitch", CAMERA_WORDS)
+      ("room_camera", "room_both"), "folder", CAMERA, CAMERA_WORDS)
 def camera_pitch(r, chance, variant, more):
     angle = chance.uniform(30, 45) * (-1 if variant else 1)
     r.turn_mounting("depth_camera", 1, math.radians(angle))
 
 
 @kind("cameras", "a level camera at eye's height, stated pitched and low", "room_camera", "folder",
-      CAMERA + "|pitch", CAMERA_WORDS, both=lambda c, v: {"camera.pitch_deg": -8 * v,
+      CAMERA, CAMERA_WORDS, both=lambda c, v: {"camera.pitch_deg": -8 * v,
                                                           "camera.height_m": 1.2})
 def camera_without_floor(r, chance, variant, more):
     r.turn_mounting("depth_camera", 1, math.radians(25))
@@ -51,12 +51,12 @@ def camera_without_floor(r, chance, variant, more):
 
 
 @kind("cameras", "the camera looks sideways or backwards, stated ahead", "room_camera", "folder",
-      CAMERA + "|yaw", r"camera.*(turn|yaw|heading|sideway|backward)|heading|sideway|backward")
+      r"camera_(?!optical|upside|mirror|height|pitch)|mounting|extrinsic", r"camera.*(turn|yaw|heading|sideway|backward)|heading|sideway|backward")
 def camera_sideways(r, chance, variant, more):
     r.turn_mounting("depth_camera", 2, math.pi if variant else math.pi / 2)
 
 
-@kind("cameras", "no rotation into the optical frame", "room_camera", "folder", CAMERA + "|optical",
+@kind("cameras", "no rotation into the optical frame", "room_camera", "folder", "camera_optical",
       CAMERA_WORDS + "|optical")
 def optical_frame(r, chance, variant, more):
     pose = r.mounting("depth_camera", "T_body_camera")
@@ -66,7 +66,7 @@ def optical_frame(r, chance, variant, more):
 
 
 @kind("cameras", "right images are one pair late", "room_stereo", "folder",
-      r"stereo|right|pair|left", r"right|stereo|pair|left")
+      r"stereo_(late|pair|unmatched)|right_image", r"right|stereo|pair|left")
 def right_images_late(r, chance, variant, more):
     n = 1 + variant
     for i in range(len(r.right) - 1, n - 1, -1):
@@ -74,7 +74,7 @@ def right_images_late(r, chance, variant, more):
 
 
 @kind("cameras", "left and right images are swapped", "room_stereo", "folder",
-      r"stereo|swap|left|right", r"swap|left|right")
+      r"swap|stereo_unmatched|left_right", r"swap|left|right")
 def left_right_swapped(r, chance, variant, more):
     for a, b in zip(r.left, r.right):
         if not variant or chance.random() < 0.5:
@@ -82,7 +82,7 @@ def left_right_swapped(r, chance, variant, more):
 
 
 @kind("cameras", "the body pitches by 2 to 3 degrees, which planar wheels do not say",
-      "hall_camera", "folder", r"pitch|tilt|rock|sway|planar|level|camera",
+      "hall_camera", "folder", r"body_pitch|tilt|rock|sway|body",
       r"pitch|tilt|rock|lean|level",
       sim=lambda c, v: {"hall.sway_pitch_deg": c.uniform(2, 3),
                         "hall.sway_period_s": c.uniform(1.5, 4)})
@@ -91,7 +91,7 @@ def body_pitches(r, chance, variant, more):
 
 
 @kind("cameras", "a temporal filter smears the depth while the robot drives", "room_camera",
-      "folder", r"smear|filter|depth|late|lag", r"smear|filter|lag|depth",
+      "folder", r"smear|filter|depth_|camera_late|lag", r"smear|filter|lag|depth",
       both=lambda c, v: {"camera.rate_hz": 8, "camera.width": 120, "camera.height": 90})
 def depth_smeared(r, chance, variant, more):
     share, mean = chance.uniform(0.15, 0.3), None
@@ -104,7 +104,7 @@ def depth_smeared(r, chance, variant, more):
             pixels[i] = int(m)
 
 
-@kind("cameras", "pixels fly at edges", "room_camera", "folder", r"flying|edge|mixed|noise|depth",
+@kind("cameras", "pixels fly at edges", "room_camera", "folder", r"flying|edge|mixed|depth_",
       r"edge|flying|mixed|noisy")
 def pixels_fly(r, chance, variant, more):
     share, reach = chance.uniform(0.5, 0.9), 2 + variant
@@ -120,7 +120,7 @@ def pixels_fly(r, chance, variant, more):
 
 
 @kind("cameras", "rows of the images are noise below a line (a broken cable)", "room_camera",
-      "folder", r"depth|noise|damage|image", r"depth|noise|noisy|damaged|image")
+      "folder", r"depth_|damage|image", r"depth|noise|noisy|damaged|image")
 def rows_of_noise(r, chance, variant, more):
     share = chance.uniform(0.2, 0.4)
     for picture in r.depth:

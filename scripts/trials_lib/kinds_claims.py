@@ -3,12 +3,12 @@ import math
 
 from .kinds import kind
 
-NOISE = r"range_noise|range_sigma|noise|accuracy"
-APERTURE = r"field_of_view|aperture|angle|fov|increment|beam"
+NOISE = r"range_noise(?!_hides)|range_sigma|accuracy"
+APERTURE = r"field_of_view|aperture|angle|fov|beam"
 APERTURE_WORDS = r"aperture|field of view|angle|degrees"
-CODE = r"no_return|range_max|code|range"
+CODE = r"no_return|range_max|range_code|range_limit"
 CODE_WORDS = r"no return|range_max|code|65535"
-LENS = r"focal|camera_info|intrinsic|image_size|camera|\bk\b|lens"
+LENS = r"focal|camera_info|intrinsic|image_size|principal_point|camera_matrix"
 LENS_WORDS = r"focal|fx|camera.?info|\bK\b|size|intrinsic"
 
 
@@ -100,7 +100,7 @@ def range_max_low(r, chance, variant, more):
 
 
 @kind("claims", "a 5 m scanner is driven as a 12 m one: noise beyond", "corridor_scan",
-      ("folder", "bag"), CODE + r"|noise|beyond|reach", r"noise|beyond|range")
+      ("folder", "bag"), CODE + r"|range_noise(?!_hides)|beyond|reach", r"noise|beyond|range")
 def noise_beyond_reach(r, chance, variant, more):
     reach = chance.uniform(4, 5)
     for s in r.scans:
@@ -116,7 +116,7 @@ def angles_in_degrees(r, chance, variant, more):
 
 
 @kind("claims", "ranges in millimetres, or centimetres, for metres", "office_scan",
-      ("folder", "bag"), r"unit|milli|range|scale", r"milli|centi|unit|range|metres")
+      ("folder", "bag"), r"unit|milli|range_(max|scale|unit)", r"milli|centi|unit|range|metres")
 def ranges_in_millimetres(r, chance, variant, more):
     k = 100 if variant else 1000
     for s in r.scans:
@@ -185,7 +185,7 @@ def focal_of_full_size(r, chance, variant, more):
 
 
 @kind("claims", "cx and cy of 0", ("room_camera", "room_both"), "folder",
-      r"cx|principal|camera|focal", r"cx|principal|camera")
+      r"cx|principal|intrinsic|image_size", r"cx|principal|camera")
 def centre_zero(r, chance, variant, more):
     r.calibration["depth_camera"]["cx"] = "0"
     if not variant:
@@ -193,14 +193,14 @@ def centre_zero(r, chance, variant, more):
 
 
 @kind("claims", "the baseline is stated ten times, or a tenth", "room_stereo", "folder",
-      r"baseline|stereo|depth_scale|camera_height|floor", r"baseline|stereo|height|scale")
+      r"baseline|depth_scale|camera_height|floor_height", r"baseline|stereo|height|scale")
 def baseline_wrong(r, chance, variant, more):
     k = 0.1 if variant else 10
     r.calibration["stereo_camera"]["baseline"] = f"{k * r.number('stereo_camera', 'baseline'):.6f}"
 
 
 @kind("claims", "depth is stretched by up to 8 %, each image otherwise", "room_camera", "folder",
-      r"depth|stretch|scale", r"depth|stretch|scale")
+      r"depth_(noise|stretch|scale)|stretch", r"depth|stretch|scale")
 def depth_stretched(r, chance, variant, more):
     for picture in r.depth:
         k, pixels = 1 + chance.uniform(-0.08, 0.08), picture.read()

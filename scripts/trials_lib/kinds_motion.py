@@ -4,9 +4,9 @@ import math
 from .kinds import kind, remake_odometry
 from .recording import SECOND, Pose, about, multiply
 
-WHEELS = r"wheel|odometry"
+WHEELS = r"wheel_|wheels_(?!alone)|odometry_(?!never_meets)"
 WHEEL_WORDS = r"wheel|odometry"
-MOUNT = r"lidar_(yaw|backward|sideway|mount|upside|heading)|scanner|scan_mirrored|extrinsic|mount"
+MOUNT = r"lidar_(yaw|turn|backward|sideway|mount|upside|heading)|scanner_|extrinsic|mounting"
 MOUNT_WORDS = r"(lidar|scanner|scans?).*(turn|mirror|backward|sideway|upside|mount|yaw|sit)"
 SLIP = WHEELS + r"|slip"
 
@@ -31,14 +31,14 @@ def wheel_scale_camera(r, chance, variant, more):
 
 
 @kind("self-calibration", "wheels turn 15 to 25 % too much or too little", "office_scan",
-      ("folder", "log"), WHEELS + r"|turn", WHEEL_WORDS)
+      ("folder", "log"), WHEELS, WHEEL_WORDS)
 def wheel_turns(r, chance, variant, more):
     k = scale_of(chance, variant, 0.15, 0.25)
     remake_odometry(r, lambda a, l, t, i: (a, l, k * t))
 
 
 @kind("self-calibration", "wheels drift by 3 to 6 degrees a metre",
-      ("office_scan", "room_camera"), "folder", WHEELS + r"|drift", WHEEL_WORDS)
+      ("office_scan", "room_camera"), "folder", WHEELS, WHEEL_WORDS)
 def wheel_drift(r, chance, variant, more):
     k = math.radians(scale_of(chance, variant, 0, 0) * chance.uniform(3, 6))
     remake_odometry(r, lambda a, l, t, i: (a, l, t + k * abs(a)))
@@ -53,7 +53,7 @@ def wheel_slips(r, chance, variant, more):
 
 
 @kind("self-calibration", "stamps of wheels that jitter by 50 ms, headings that leap",
-      "office_scan", ("log", "folder"), SLIP + r"|clock|stamp|jitter|leap",
+      "office_scan", ("log", "folder"), SLIP + r"|clock|stamp|jitter",
       WHEEL_WORDS + r"|stamp|clock|leap")
 def wheels_jitter_and_leap(r, chance, variant, more):
     leaps = {chance.randrange(len(r.odometry)): math.radians(chance.uniform(-12, 12))
@@ -81,20 +81,21 @@ def lidar_yaw_off(r, chance, variant, more):
 
 
 @kind("self-calibration", "a camera's heading stated 4 to 8 degrees wrong",
-      ("room_both", "room_camera"), "folder", r"camera|extrinsic|mount", r"camera.*(turn|mount|yaw)")
+      ("room_both", "room_camera"), "folder", r"camera_(yaw|heading|turn|mount|extrin)|extrinsic|mounting",
+      r"camera.*(turn|mount|yaw)")
 def camera_yaw_off(r, chance, variant, more):
     r.turn_mounting("depth_camera", 2, math.radians(chance.choice([-1, 1]) * chance.uniform(4, 8)))
 
 
 @kind("self-calibration", "swells of 1 to 2 cm over 1 to 3 m of floor", "hall_camera", "folder",
-      r"floor|swell|ground|planar|camera|tilt", r"floor|swell|uneven|tilt",
+      r"floor_(?!unseen)|swell|uneven|ground|body_pitch|focal", r"floor|swell|uneven|tilt",
       sim=lambda c, v: {"hall.swell_m": c.uniform(0.01, 0.02), "hall.swell_length": c.uniform(1, 3)})
 def floor_swells(r, chance, variant, more):
     pass
 
 
 @kind("self-calibration", "a scan takes 0.15 to 0.2 s, unsaid, in turns of 100 to 200 deg/s",
-      "office_scan", "folder", r"sweep|scan_duration|scan_time|deskew|fast_turn",
+      "office_scan", "folder", r"sweep|scan_duration|scan_time|deskew|fast_turn|time_increment",
       r"sweep|duration|takes", both=lambda c, v: {"path.turn_rate": c.uniform(1.8, 3.4)},
       sim=lambda c, v: {"lidar.sweep_s": c.uniform(0.15, 0.2)})
 def sweep_unsaid(r, chance, variant, more):
@@ -102,14 +103,14 @@ def sweep_unsaid(r, chance, variant, more):
 
 
 @kind("self-calibration", "depth images that bend by 1 to 1.5 px of disparity", "room_camera",
-      "folder", r"depth|bend|distortion|lens|camera", r"bend|distort|noisy|depth",
+      "folder", r"depth_(noise|bend|distort)|bend|distortion|lens", r"bend|distort|noisy|depth",
       sim=lambda c, v: {"effects.distortion_sigma_px": c.uniform(0.8, 1.2)})
 def images_bend(r, chance, variant, more):
     pass
 
 
 @kind("scanner", "the beams' order is reversed", "office_scan", ("folder", "bag"),
-      r"mirror|revers|beam_order|upside|turn", r"mirror|revers|upside|against the wheels")
+      r"mirror|revers|beam_order|upside", r"mirror|revers|upside|against the wheels")
 def mirrored(r, chance, variant, more):
     for s in r.scans:
         s.ranges.reverse()
@@ -128,7 +129,7 @@ def sideways(r, chance, variant, more):
 
 
 @kind("scanner", "the scanner hangs upside down, unsaid", ("office_scan", "room_scan"), "folder",
-      r"mirror|revers|beam_order|upside|turn", r"mirror|revers|upside|against the wheels",
+      r"mirror|revers|beam_order|upside", r"mirror|revers|upside|against the wheels",
       sim=lambda c, v: {"lidar.roll_deg": 180})
 def lidar_upside_down(r, chance, variant, more):
     pose = r.mounting("lidar", "T_body_lidar")
@@ -142,7 +143,7 @@ def askew(r, chance, variant, more):
 
 
 @kind("scanner", "the robot tips for two scans: they fit nowhere", "office_scan",
-      ("folder", "log"), MOUNT + r"|tip|outlier|slip|odometry|tracking", r"tip|fit|slip|lost")
+      ("folder", "log"), r"tip|outlier|slip|tracking_lost", r"tip|fit|slip|lost")
 def tips(r, chance, variant, more):
     for k in (1, 2, 3):
         at = len(r.scans) * k // 4 + chance.randrange(5)
@@ -154,7 +155,7 @@ def tips(r, chance, variant, more):
 
 
 @kind("scanner", "scans alone, five a second, on a robot that turns 15 to 24 degrees between them",
-      "office_alone", ("folder", "bag"), r"fast|turn|tracking|rate|motion|heading|scan_gap|lost",
+      "office_alone", ("folder", "bag"), r"fast|turn|tracking_lost|rate|motion_unknown|scan_gap",
       r"lost|turn|fast|motion|tracking", both=lambda c, v: {"lidar.fov_deg": 200 + 40 * v,
                                                             "lidar.beams": 181},
       sim=lambda c, v: {"path.turn_rate": c.uniform(1.3, 2.1)})
@@ -163,7 +164,7 @@ def fast_turns_alone(r, chance, variant, more):
 
 
 @kind("scanner", "a scanner that rocks by 2 to 5 degrees and meets the ground", "hall_scan",
-      "folder", r"rock|tilt|ground|lean|level|uneven|planar", r"rock|tilt|ground|lean|level",
+      "folder", r"rock|tilt|ground|lean|level|uneven|body_pitch", r"rock|tilt|ground|lean|level",
       sim=lambda c, v: {"hall.sway_roll_deg": c.uniform(2, 5),
                         "hall.sway_pitch_deg": c.uniform(2, 5),
                         "hall.sway_period_s": c.uniform(1, 2)})
@@ -172,13 +173,13 @@ def rocking(r, chance, variant, more):
 
 
 @kind("scanner", "wheels whose left and right are swapped", "office_scan", ("folder", "log"),
-      r"mirror|revers|wheel|odometry|turn", r"mirror|revers|wheel|turn")
+      r"mirror|revers|" + WHEELS, r"mirror|revers|wheel|turn")
 def wheels_mirrored(r, chance, variant, more):
     remake_odometry(r, lambda a, l, t, i: (a, -l, -t))
 
 
 @kind("scanner", "the odometry restarts at zero", ("room_camera", "office_scan"), "folder",
-      r"odometry|restart|leap|jump|reset|wheel", r"leap|jump|restart|reset|odometry")
+      r"odometry_(?!never)|restart|leap|jump|reset", r"leap|jump|restart|reset|odometry")
 def odometry_restarts(r, chance, variant, more):
     at = int(len(r.odometry) * chance.uniform(0.3, 0.7))
     turn, start = about(2, -2 * math.atan2(*r.odometry[at].pose[5:7])), r.odometry[at].pose
@@ -189,7 +190,7 @@ def odometry_restarts(r, chance, variant, more):
 
 
 @kind("scanner", "the odometry leaps by 4 to 6 m", ("room_camera", "office_scan"), "folder",
-      r"odometry|leap|jump|wheel", r"leap|jump|odometry")
+      r"odometry_(?!never)|leap|jump", r"leap|jump|odometry")
 def odometry_leaps(r, chance, variant, more):
     at = int(len(r.odometry) * chance.uniform(0.3, 0.7))
     angle, far = chance.uniform(-math.pi, math.pi), chance.uniform(4, 6)
@@ -198,7 +199,7 @@ def odometry_leaps(r, chance, variant, more):
         o.pose[1] += far * math.sin(angle)
 
 
-@kind("scanner", "two robots in one tf tree", "office_scan", "bag", r"robot|base_frame|tf|bodies",
+@kind("scanner", "two robots in one tf tree", "office_scan", "bag", r"robot|base_frame|two_bodies",
       r"two|robot|frame",
       both=lambda c, v: {"lidar.forward_m": 0.3, "lidar.yaw_deg": c.uniform(20, 60)})
 def two_robots(r, chance, variant, more):
@@ -211,7 +212,7 @@ def two_robots(r, chance, variant, more):
 
 
 @kind("scanner", "two scanners on one topic", "office_scan", "bag",
-      r"two_(scanner|laser|lidar|frame)|frame", r"two|frame|both",
+      r"two_(scanner|laser|lidar|frame)", r"two|frame|both",
       more=lambda c, v: {"lidar.yaw_deg": 180 - 60 * v, "lidar.forward_m": -0.25})
 def two_scanners_one_topic(r, chance, variant, more):
     for s in more.scans:
@@ -223,14 +224,14 @@ def two_scanners_one_topic(r, chance, variant, more):
 
 
 @kind("scanner", "scans of 57 degrees with 40 % lost, no wheels", "office_alone", "folder",
-      r"tracking|open|field_of_view|narrow|not_determined|lost|motion",
+      r"tracking_lost|open_direction|field_of_view|narrow|motion_unknown",
       r"lost|direction|open|narrow|tracking",
       sim=lambda c, v: {"lidar.fov_deg": 57, "lidar.beams": 115, "lidar.dropout": 0.4})
 def narrow_alone(r, chance, variant, more):
     pass
 
 
-@kind("planar", "an aircraft's odometry stated planar", "flight", "folder", r"planar|altitude|level",
+@kind("planar", "an aircraft's odometry stated planar", "flight", "folder", r"planar",
       r"planar|height|level")
 def planar_flight(r, chance, variant, more):
     if variant:
@@ -240,7 +241,7 @@ def planar_flight(r, chance, variant, more):
 
 
 @kind("planar", "odometry with heights on a ramp, stated planar", "ramp_both", "folder",
-      r"planar|ramp|level|slope", r"planar|height|level|slope",
+      r"planar", r"planar|height|level|slope",
       both=lambda c, v: {"odometry.planar": "off"})
 def planar_ramp(r, chance, variant, more):
     if variant:
@@ -249,7 +250,7 @@ def planar_ramp(r, chance, variant, more):
         r.calibration["odometry"]["planar"] = "true"
 
 
-TF = r"tf|transform|mount|assumed|extrinsic|frame|link"
+TF = r"tf_|transform|mounting|assumed|extrinsic|frame_|link"
 
 
 @kind("extrinsics", "a bag without transforms, the scanner 0.3 m ahead and turned", "office_scan",

@@ -2,7 +2,7 @@
 from .kinds import cut, everything, kind, middle_of_turn, shift_stamps
 from .recording import SECOND, Scan
 
-CLOCK = r"clock|stamp|time|order|burst|jitter"
+CLOCK = r"clock|stamp|time_order|burst|jitter|odometry_never_meets"
 CLOCK_WORDS = r"clock|stamp|time|order"
 DROPPED = r"drop|skip|left_out|damaged|repeat|twice|duplicate"
 HOLE = r"gap|hole|pause"
