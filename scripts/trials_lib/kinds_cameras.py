@@ -51,7 +51,8 @@ def camera_without_floor(r, chance, variant, more):
 
 
 @kind("cameras", "the camera looks sideways or backwards, stated ahead", "room_camera", "folder",
-      r"camera_(?!optical|upside|mirror|height|pitch)|mounting|extrinsic", r"camera.*(turn|yaw|heading|sideway|backward)|heading|sideway|backward")
+      r"camera_(?!optical|upside|mirror|height|pitch)|mounting|extrinsic",
+      r"camera.*(turn|yaw)|heading|sideway|backward")
 def camera_sideways(r, chance, variant, more):
     r.turn_mounting("depth_camera", 2, math.pi if variant else math.pi / 2)
 
