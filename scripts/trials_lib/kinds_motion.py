@@ -271,7 +271,7 @@ def missing_link(r, chance, variant, more):
 
 
 @kind("extrinsics", "a bag without transforms, mountings by --calibration", "office_scan", "bag",
-      TF, r"calibration", both=lambda c, v: {"lidar.forward_m": 0.3,
+      TF, r"(?!)", both=lambda c, v: {"lidar.forward_m": 0.3,
                                              "lidar.yaw_deg": c.uniform(-170, 170)})
 def calibration_file(r, chance, variant, more):
     r.static = []

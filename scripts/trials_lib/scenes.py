@@ -21,7 +21,7 @@ BASES = {  # name: (scene, settings, has a camera)
     "room_stereo": ("room", {**LAP, "camera.enabled": "off", "lidar.enabled": "off",
                              "stereo.enabled": "on", "stereo.width": 320, "stereo.height": 240,
                              "stereo.fx": 250, "stereo.rate_hz": 3}, True),
-    "flight": ("flyover", {"flight.length_m": 120, "lidar.beams": 241}, False),
+    "flight": ("flyover", {"flight.length_m": 120, "lidar.beams": 241, "sway.height_m": 3}, False),
     "ramp_both": ("ramp", {"camera.rate_hz": 2, "lidar.rate_hz": 5, "lidar.beams": 271,
                            "lidar.fov_deg": 270, "path.speed": 0.8, **SMALL_CAMERA}, True),
     "hall_scan": ("hall", {"camera.enabled": "off", "lidar.enabled": "on", "lidar.rate_hz": 5,
