@@ -11,6 +11,7 @@
 #include <lamina/apps/ground_hits.hpp>
 #include <lamina/grid/grid_geometry.hpp>
 #include <lamina/io/session_archive.hpp>
+#include <lamina/models/checked_cast.hpp>
 #include <lamina/models/model_archive.hpp>
 
 namespace lamina::apps {
@@ -95,8 +96,7 @@ void add_marks(const io::SeenGround& seen, const SE3& T_map_levelled, double res
   for (const GroundMark& mark : seen.look.marks) {
     const Eigen::Vector2d xy = mark.xy.cast<double>();
     const Eigen::Vector3d p = T_map_levelled * Eigen::Vector3d(xy.x(), xy.y(), 0);
-    const PlaceKey key{cell_of(p.head<2>(), resolution),
-                       static_cast<int>(std::lround(p.z() / kStorey))};
+    const PlaceKey key{cell_of(p.head<2>(), resolution), to_cell(std::round(p.z() / kStorey))};
     Place& place = places[key];
     const auto height = static_cast<double>(mark.height);
     (height > 0 ? place.raised : place.sunk)

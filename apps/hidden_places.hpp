@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <lamina/io/session_archive.hpp>
+#include <lamina/models/checked_cast.hpp>
 #include <lamina/models/model_archive.hpp>
 #include <lamina/models/trajectory.hpp>
 
@@ -46,8 +47,7 @@ class Squares {
  private:
   using Square = std::pair<std::int64_t, std::int64_t>;
   static Square square(const Eigen::Vector3d& p) {
-    return {static_cast<std::int64_t>(std::floor(p.x())),
-            static_cast<std::int64_t>(std::floor(p.y()))};
+    return {to_far_cell(p.x()), to_far_cell(p.y())};
   }
   std::vector<Item>& items_;
   std::map<Square, std::vector<std::size_t>> squares_;

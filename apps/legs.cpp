@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <lamina/apps/hidden_places.hpp>
+#include <lamina/models/checked_cast.hpp>
 
 namespace lamina::apps {
 namespace {
@@ -22,6 +23,7 @@ constexpr double kApart = 1.1;      // m from leg to leg, across a table, too
 constexpr double kBeside = 0.05;    // m beside a triangle: tops reach over their legs
 constexpr double kHangs = 0.3;      // m above the floor, at the least
 constexpr double kThickest = 0.25;  // m of what hangs, by outlines in squares of 0.1 m
+constexpr int kMostCells = 100;     // kLength is, of the finest grid
 constexpr double kLength = 0.2;     // m of what hangs, at the least
 constexpr double kLevel = 0.05;     // m from height to height
 
@@ -113,7 +115,7 @@ std::vector<Stand> hanging(const Solid& solid, double resolution) {
   const auto hangs = [](const SolidCell& s) {
     return s.low > s.floor + kHangs && s.high <= s.low + kThickest;
   };
-  const int n = static_cast<int>(std::ceil(kLength / resolution));
+  const int n = to_whole(std::ceil(kLength / resolution), 1, kMostCells);
   std::vector<Stand> all;
   for (const auto& [cell, s] : solid) {
     if (!hangs(s)) continue;

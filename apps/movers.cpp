@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include <lamina/models/checked_cast.hpp>
+
 namespace lamina::apps {
 namespace {
 
@@ -13,7 +15,7 @@ constexpr double kStood = 2;         // s in sight of one place: people walk on
 constexpr int kFewest = 4;           // places that have gone
 constexpr int kShare = 5;
 
-std::int64_t index(double x) { return static_cast<std::int64_t>(std::floor(x / kSquare)); }
+std::int64_t index(double x) { return to_far_cell(x / kSquare); }
 
 }  // namespace
 

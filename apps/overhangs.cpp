@@ -9,6 +9,7 @@
 #include <utility>
 
 #include <lamina/apps/hidden_places.hpp>
+#include <lamina/models/checked_cast.hpp>
 
 namespace lamina::apps {
 namespace {
@@ -17,6 +18,7 @@ constexpr double kClearance = 0.1;  // m between a rim and its floor
 // m of a rim: what is higher is the face of a thing. Outlines are squares of 0.1 m: a plane made of
 // a board's edge of 5 cm may be 0.2 m high in the map.
 constexpr double kThickest = 0.25;
+constexpr int kMostCells = 100;      // kLength is, of the finest grid
 constexpr double kLength = 0.2;      // m of a rim, at the least
 constexpr double kSameRim = 0.1;     // m of height
 constexpr double kDeepest = 1;       // m from a rim: boards and tops are no deeper
@@ -70,7 +72,7 @@ class Shadows {
  public:
   Shadows(const std::vector<SolidCell>& solid, double resolution) : resolution_(resolution) {
     for (const SolidCell& s : solid) solid_.emplace(s.cell, s);
-    const int n = static_cast<int>(std::ceil(kLength / resolution));
+    const int n = to_whole(std::ceil(kLength / resolution), 1, kMostCells);
     for (const SolidCell& s : solid) {
       if (!is_rim(s)) continue;
       int beside = 0;
@@ -164,7 +166,7 @@ std::vector<CellIndex> hidden_behind(const std::vector<SolidCell>& solid, const 
   // By cell and height: shadows of boards lie over each other.
   std::map<std::pair<CellIndex, std::int64_t>, std::size_t> place_of;
   const auto key = [](const Rim& rim, const CellIndex& cell) {
-    return std::pair(cell, static_cast<std::int64_t>(std::floor(rim.p_map.z() / kSameRim)));
+    return std::pair(cell, to_far_cell(rim.p_map.z() / kSameRim));
   };
   std::vector<HiddenPlace> places;
   for_each_line([&](const Rim& rim, const CellIndex& cell) {

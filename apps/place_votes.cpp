@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lamina/models/checked_cast.hpp>
+
 namespace lamina::apps {
 namespace {
 
@@ -91,8 +93,7 @@ std::size_t PlaceColumns::add(PlaceColumn column) {
 }
 
 PlaceColumns::Tile PlaceColumns::tile(const Eigen::Vector3d& p_map) {
-  return {static_cast<std::int64_t>(std::floor(p_map.x())),
-          static_cast<std::int64_t>(std::floor(p_map.y()))};
+  return {to_far_cell(p_map.x()), to_far_cell(p_map.y())};
 }
 
 }  // namespace lamina::apps

@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 
+#include <lamina/models/checked_cast.hpp>
 #include <lamina/models/polygon.hpp>
 
 namespace lamina::apps {
@@ -27,9 +28,7 @@ std::vector<Eigen::Vector3d> samples_of(const MapPlane& plane) {
     if (!polygon) continue;
     const auto [low, high] = polygon->bounds();
     const Eigen::Vector2d size = high - low;
-    const auto steps = [](double length) {
-      return std::clamp(static_cast<int>(std::ceil(length / 0.1)), 4, 64);
-    };
+    const auto steps = [](double length) { return to_whole(std::ceil(length / 0.1), 4, 64); };
     const int nx = steps(size.x()), ny = steps(size.y());
     for (int i = 0; i < nx; ++i) {
       for (int j = 0; j < ny; ++j) {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include <lamina/backend/boundaries.hpp>
+#include <lamina/models/checked_cast.hpp>
 #include <lamina/models/polygon.hpp>
 
 namespace lamina::apps {
@@ -103,7 +104,7 @@ bool PlaneSquares::cut(MapPlane& plane, const std::set<std::int32_t>& gone) cons
   left.T_map_outline = T_map_squares_;
   left.outline = OutlineGrid(kFine);
   for (const auto& cell : grid_of(plane, T_map_squares_, kFine).cells()) {
-    const auto strip = static_cast<std::int32_t>(std::floor((cell.first + 0.5) * kFine / kSquare));
+    const auto strip = to_cell((cell.first + 0.5) * kFine / kSquare);
     if (gone.count(strip) == 0) left.outline.add_cell(cell);
   }
   const auto outlines = outlines_map(left);
@@ -132,8 +133,7 @@ std::set<std::int32_t> PlaneSquares::crossed_by(const Trajectory& path) const {
                           b = T_squares_map * path[k].pose.translation();
     if ((a.z() < 0) == (b.z() < 0) || (b - a).norm() > kStride) continue;
     const Eigen::Vector3d at = a + a.z() / (a.z() - b.z()) * (b - a);
-    if (low_ - kReach < at.y() && at.y() < high_)
-      crossed.insert(static_cast<std::int32_t>(std::floor(at.x() / kSquare)));
+    if (low_ - kReach < at.y() && at.y() < high_) crossed.insert(to_cell(at.x() / kSquare));
   }
   return crossed;
 }

@@ -19,6 +19,7 @@
 #include <lamina/apps/scan_sight.hpp>
 #include <lamina/frontend/obstacles/depth_looker.hpp>
 #include <lamina/io/session_archive.hpp>
+#include <lamina/models/checked_cast.hpp>
 #include <lamina/models/model_archive.hpp>
 
 namespace lamina::apps {
@@ -102,9 +103,7 @@ class LoosePoints {
  private:
   using Key = std::array<std::int64_t, 3>;
   Key key(const Eigen::Vector3d& p) const {
-    const auto index = [](double x, double size) {
-      return static_cast<std::int64_t>(std::floor(x / size));
-    };
+    const auto index = [](double x, double size) { return to_far_cell(x / size); };
     return {index(p.x(), resolution_), index(p.y(), resolution_), index(p.z(), kLevel)};
   }
   double resolution_;

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <limits>
 
+#include <lamina/models/checked_cast.hpp>
+
 namespace lamina {
 
-std::int64_t FreeSpace::index(double x) { return static_cast<std::int64_t>(std::floor(x / kCell)); }
+std::int64_t FreeSpace::index(double x) { return to_far_cell(x / kCell); }
 
 void FreeSpace::add_ray(const Eigen::Vector3d& from_map, const Eigen::Vector3d& to_map) {
   const Eigen::Vector2d from = from_map.head<2>(), way = to_map.head<2>() - from;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <utility>
 
+#include <lamina/models/checked_cast.hpp>
 #include <lamina/models/polygon.hpp>
 
 namespace lamina {
@@ -16,6 +17,7 @@ namespace {
 constexpr double kLevel = 0.94;     // cosine: within 20 degrees of up
 constexpr double kLeastGap = 0.05;  // m: nearer, nothing can be told to lie between
 constexpr double kSpacing = 0.1;    // m, of points on rims
+constexpr int kMostSteps = 10000;   // a kilometre
 constexpr double kSigmas = 3;
 constexpr int kSteps = 8;
 
@@ -43,7 +45,7 @@ std::vector<Eigen::Vector2d> rim_of(const Polygon& polygon) {
   const auto& corners = polygon.vertices();
   for (std::size_t k = 0; k < corners.size(); ++k) {
     const Eigen::Vector2d along = corners[(k + 1) % corners.size()] - corners[k];
-    const int steps = std::max(1, static_cast<int>(std::ceil(along.norm() / kSpacing)));
+    const int steps = to_whole(std::ceil(along.norm() / kSpacing), 1, kMostSteps);
     for (int s = 0; s < steps; ++s) rim.push_back(corners[k] + along * s / steps);
   }
   return rim;

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include <lamina/backend/place_search.hpp>
+#include <lamina/models/checked_cast.hpp>
 
 namespace lamina {
 namespace {
@@ -33,7 +34,7 @@ struct Sheet {
   bool level() const { return std::abs(plane.normal().z()) > std::cos(kWallTilt); }
   std::int64_t bin(const Eigen::Vector3d& x) const {
     const Eigen::Vector3d& n = plane.normal();
-    return static_cast<std::int64_t>(std::floor((n.x() * x.y() - n.y() * x.x()) / 0.15));
+    return to_far_cell((n.x() * x.y() - n.y() * x.x()) / 0.15);
   }
   // Seen within 0.15 m of where this point falls; walls at any height.
   bool covers(const Eigen::Vector3d& x) const {

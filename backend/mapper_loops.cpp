@@ -216,6 +216,7 @@ RefineResult Mapper::settle_planes(RefineResult result, const RefineOptions& opt
     next.rounds += result.rounds;
     next.solve_s += result.solve_s;
     result = std::move(next);
+    if (result.status == SolveStatus::kCancelled) break;
   }
   remake_outlines();
   return result;

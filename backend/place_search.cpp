@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lamina/models/checked_cast.hpp>
+
 namespace lamina {
 namespace {
 
@@ -91,8 +93,11 @@ void Search::correlate(double yaw, std::vector<Start>& starts) {
     }
   }
   const Eigen::Vector2d size_a = a_.high() - a_.low(), size_b = high - low;
-  while ((size_a + size_b).prod() / (cell_ * cell_) > 2e6) cell_ *= 1.25;
-  const auto cells = [&](double metres) { return static_cast<Eigen::Index>(metres / cell_) + 3; };
+  constexpr double kCoarsest = 1e4;  // m: maps are smaller than a thousand of these
+  while (cell_ < kCoarsest && (size_a + size_b).prod() / (cell_ * cell_) > 2e6) cell_ *= 1.25;
+  const auto cells = [&](double metres) {
+    return to_whole<Eigen::Index>(metres / cell_, 0, 1000000) + 3;
+  };
   const Eigen::Index nx = cells(size_a.x()), ny = cells(size_a.y());
   const Eigen::Index sx = nx + cells(size_b.x()), sy = ny + cells(size_b.y());
   Eigen::ArrayXXf sum = Eigen::ArrayXXf::Zero(sx, sy);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include <lamina/models/checked_cast.hpp>
+
 namespace lamina {
 namespace {
 
@@ -14,7 +16,7 @@ constexpr double kHash = 0.5;          // m
 constexpr double kMinArea = 0.05;      // m^2: less is an edge or noise; lines count as 0.5 m high
 constexpr double kUnknownSigma = 0.1;  // m, where a plane has no covariance
 
-std::int64_t hash(double x) { return static_cast<std::int64_t>(std::floor(x / kHash)); }
+std::int64_t hash(double x) { return to_far_cell(x / kHash); }
 
 }  // namespace
 
@@ -59,7 +61,7 @@ void PlanWalls::add(const PlaneLandmark& landmark) {
   for (const auto& [i, j] : landmark.outline.cells()) {
     const Eigen::Vector3d p =
         landmark.T_map_outline * Eigen::Vector3d(side * (i + 0.5), side * (j + 0.5), 0);
-    Sum& bin = bins[static_cast<std::int64_t>(std::floor(along.dot(p.head<2>()) / kStep))];
+    Sum& bin = bins[to_far_cell(along.dot(p.head<2>()) / kStep)];
     bin.sum += p.head<2>();
     ++bin.count;
     wall.z_low = std::min(wall.z_low, p.z() - side / 2);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include <lamina/models/checked_cast.hpp>
 #include <lamina/models/polygon.hpp>
 
 namespace lamina {
@@ -108,7 +109,7 @@ std::vector<Eigen::Vector3d> sample_outline(std::span<const Eigen::Vector3d> out
   const std::size_t edges = n == 2 ? 1 : n;
   for (std::size_t i = 0; i < edges; ++i) {
     const Eigen::Vector3d &a = outline[i], &b = outline[(i + 1) % n];
-    const int steps = std::clamp(static_cast<int>(std::ceil((b - a).norm() / spacing)), 1, 1000);
+    const int steps = to_whole(std::ceil((b - a).norm() / spacing), 1, 1000);
     for (int k = 0; k < steps; ++k) points.push_back(a + (b - a) * (double(k) / steps));
   }
   if (n == 2) points.push_back(outline[1]);

@@ -6,11 +6,13 @@
 #include <optional>
 
 #include <lamina/backend/plane_index.hpp>
+#include <lamina/models/checked_cast.hpp>
 
 namespace lamina {
 namespace {
 
-constexpr double kBin = 0.1;        // m, along a gap
+constexpr double kBin = 0.1;  // m, along a gap
+constexpr std::size_t kMostBins = 10000;
 constexpr double kSpacing = 0.3;    // m, of points that were seen
 constexpr int kLines = 2;           // through a bin that is open
 constexpr double kBefore = 0.3;     // m: what was seen is not looked through
@@ -48,7 +50,7 @@ class Looks {
       const auto at = crossing(gap->a, gap->b, from_, to);
       if (!at) continue;
       const auto n = static_cast<double>(gap->lines.size());
-      gap->lines[static_cast<std::size_t>(*at * n)] += lines;
+      if (!gap->lines.empty()) gap->lines[to_index(*at * n, gap->lines.size() - 1)] += lines;
     }
   }
   void at(const Eigen::Vector2d& seen) {
@@ -65,7 +67,7 @@ class Looks {
 }  // namespace
 
 SightGap::SightGap(const Eigen::Vector2d& from, const Eigen::Vector2d& to)
-    : a(from), b(to), lines(static_cast<std::size_t>(std::ceil((to - from).norm() / kBin))) {}
+    : a(from), b(to), lines(to_index(std::ceil((to - from).norm() / kBin), kMostBins)) {}
 
 double SightGap::open() const {
   const auto n = std::count_if(lines.begin(), lines.end(), [](int k) { return k >= kLines; });

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include <lamina/grid/raster_shapes.hpp>
+#include <lamina/models/checked_cast.hpp>
 #include <lamina/models/error.hpp>
 
 namespace lamina::raster {
@@ -39,7 +40,7 @@ Book::Item Book::covering(const Eigen::Vector2d& low, const Eigen::Vector2d& hig
   const Eigen::Vector2d a = low.array() - margin, b = high.array() + margin;
   if (!a.allFinite() || !b.allFinite() || a.minCoeff() < -far || b.maxCoeff() > far) return item;
   if ((a.array() > b.array()).any()) return item;  // of nothing at all
-  const auto tile = [side](double x) { return static_cast<std::int32_t>(std::floor(x / side)); };
+  const auto tile = [side](double x) { return to_cell(x / side); };
   const Item covers{0, tile(a.x()), tile(a.y()), tile(b.x()), tile(b.y())};
   const std::int64_t count =
       (std::int64_t{covers.i1} - covers.i0 + 1) * (std::int64_t{covers.j1} - covers.j0 + 1);

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include <lamina/models/checked_cast.hpp>
 #include <lamina/models/error.hpp>
 #include <lamina/models/plane.hpp>
 
@@ -24,8 +25,7 @@ Surfel Surfel::transformed(const SE3& T_a_b) const {
 }
 
 SurfelFloor::Key SurfelFloor::key_of(const Eigen::Vector3d& point) const {
-  return {static_cast<std::int32_t>(std::floor(point.x() / cell_size_)),
-          static_cast<std::int32_t>(std::floor(point.y() / cell_size_)), 0};
+  return {to_cell(point.x() / cell_size_), to_cell(point.y() / cell_size_), 0};
 }
 
 Eigen::Vector2d SurfelFloor::center_of(const Key& key) const {

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include <lamina/frontend/floor/lanes.hpp>
+#include <lamina/frontend/floor/usable_camera.hpp>
 
 namespace lamina {
 
@@ -162,7 +163,7 @@ void fill_disparity(const DepthFrame& frame, DisparityImage& image) {
   const DepthCamera& camera = frame.camera;
   const double scale = camera.noise.focal_baseline * camera.depth_scale;
   const bool usable = frame.raw.size() >= size && std::isfinite(scale) && scale > 0 &&
-                      camera.depth_scale > 0 && camera.camera.fx > 0 && camera.camera.fy > 0;
+                      camera.depth_scale > 0 && lamina::usable(camera.camera);
   if (!usable) {
     std::fill(image.d.begin(), image.d.end(), 0.0F);
     return;

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <map>
 
+#include <lamina/models/checked_cast.hpp>
 #include <lamina/models/polygon.hpp>
 
 namespace lamina {
@@ -181,9 +182,8 @@ void lay_floor(const std::vector<CloudPlane>& planes, const SE3& T_prior,
       const float count = static_cast<float>(++c.pixels);
       c.height = count == 1 ? static_cast<float>(p.z())
                             : c.height + (static_cast<float>(p.z()) - c.height) / count;
-      patches[{static_cast<int>(std::floor(p.x() / options.surfel_m)),
-               static_cast<int>(std::floor(p.y() / options.surfel_m))}]
-          .add(p, 1 / std::pow(sigma_at(p.norm()), 2));
+      patches[{to_cell(p.x() / options.surfel_m), to_cell(p.y() / options.surfel_m)}].add(
+          p, 1 / std::pow(sigma_at(p.norm()), 2));
     }
     for (const auto& [key, moments] : patches) {
       if (moments.count() < 8) continue;

@@ -3,14 +3,15 @@
 
 #include <cmath>
 
+#include <lamina/models/checked_cast.hpp>
+
 namespace lamina {
 namespace {
 constexpr double kViewStep = 0.25;  // m of movement that makes a view another view
 }  // namespace
 
 FloorMemory::Key FloorMemory::key_of(const Eigen::Vector2d& xy, double cell) const {
-  return {static_cast<std::int32_t>(std::floor(xy.x() / cell)),
-          static_cast<std::int32_t>(std::floor(xy.y() / cell))};
+  return {to_cell(xy.x() / cell), to_cell(xy.y() / cell)};
 }
 
 void FloorMemory::add(const FloorResult& result, const SE3& T_odom_body) {

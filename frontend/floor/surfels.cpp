@@ -5,6 +5,8 @@
 #include <map>
 #include <tuple>
 
+#include <lamina/models/checked_cast.hpp>
+
 namespace lamina {
 namespace {
 
@@ -50,8 +52,8 @@ void make_surfels(const PlaneExtractor& extractor, const FloorOptions& options,
     const Eigen::Vector3d p = R * g.point(b.u, b.v, b.d) + t;
     const double reach = 1.25 * options.roi_m[0];
     if (!(p.x() >= -reach && p.x() <= reach && std::abs(p.y()) <= reach)) continue;
-    patches[{labels[i], static_cast<int>(std::floor(p.x() / options.surfel_m)),
-             static_cast<int>(std::floor(p.y() / options.surfel_m))}] += b.sums();
+    patches[{labels[i], to_cell(p.x() / options.surfel_m), to_cell(p.y() / options.surfel_m)}] +=
+        b.sums();
   }
   const double shared = std::sqrt(extractor.noise().shared);
   for (const auto& [key, sums] : patches) {

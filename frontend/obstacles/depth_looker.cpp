@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include <lamina/frontend/floor/usable_camera.hpp>
+
 namespace lamina {
 namespace {
 
@@ -21,7 +23,7 @@ DepthLook depth_look(const DepthFrame& frame) {
   const auto pixels =
       static_cast<std::size_t>(std::max(w, 0)) * static_cast<std::size_t>(std::max(h, 0));
   if (w < side || h < side || frame.raw.size() < pixels) return look;
-  if (!(camera.fx > 0 && camera.fy > 0 && frame.camera.depth_scale > 0)) return look;
+  if (!usable(camera) || !(frame.camera.depth_scale > 0)) return look;
   look.fx = static_cast<float>(camera.fx / side);
   look.fy = static_cast<float>(camera.fy / side);
   look.cx = static_cast<float>((camera.cx + 0.5) / side);

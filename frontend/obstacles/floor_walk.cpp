@@ -264,7 +264,7 @@ WalkEnd Walk::end_at(BeamCause cause, double beyond) {
   }
   const double next = range_on_floor(last_ + 1);
   end.range = range_on_floor(last_ + 0.5);
-  end.footprint = next - last_range();
+  end.footprint = std::max(0.0, next - last_range());
   end.height = static_cast<float>(floor_height(end.range));
   end.gap = std::max(0.0, beyond - end.range);
   end.sharp = sharp();
@@ -327,7 +327,8 @@ WalkEnd Walk::run(Pace pace) {
     const double beyond = range_on_floor(first_below_ - 0.5);
     WalkEnd end = end_at(BeamCause::kHole, beyond);
     end.beyond = beyond;
-    end.beyond_footprint = range_on_floor(first_below_) - range_on_floor(first_below_ - 1);
+    end.beyond_footprint =
+        std::max(0.0, range_on_floor(first_below_) - range_on_floor(first_below_ - 1));
     end.faded = last_ >= 0 && !end.sharp;
     return end;
   }

@@ -38,7 +38,8 @@ class LineSamples {
   /// a line its disparity and the ray's outward part both change linearly.
   double range_on_floor(double i) const {
     const double d = disparity0_ + i * disparity_step_;
-    return d > 1e-9 ? view_.noise.focal_baseline / d * (outward0_ + i * outward_step_) : 1e9;
+    const double outward = std::max(0.0, outward0_ + i * outward_step_);
+    return d > 1e-9 ? view_.noise.focal_baseline / d * outward : 1e9;
   }
   /// The pixel of sample i.
   std::size_t pixel(int i) const {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lamina/models/checked_cast.hpp>
 #include <lamina/models/error.hpp>
 
 namespace lamina {
@@ -112,7 +113,7 @@ ObstacleScan merge_scans(const ObstacleScan& depth, const LaserScan& lidar, doub
     const double range = p.head<2>().norm(), angle = std::atan2(p.y(), p.x());
     // As wide, seen from the body's origin, as the lidar's beam is there.
     const double width = half * flat.norm() / std::max(range, 1e-6);
-    const int spread = std::min(static_cast<int>(width / step), out.size() > 8 ? 50 : 0);
+    const int spread = to_whole(width / step, 0, out.size() > 8 ? 50 : 0);
     for (int k = -spread; k <= spread; ++k) {
       const int beam = out.beam_of(angle + k * step);
       if (beam < 0) continue;

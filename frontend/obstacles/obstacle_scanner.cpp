@@ -3,8 +3,10 @@
 
 #include <cmath>
 
+#include <lamina/frontend/floor/usable_camera.hpp>
 #include <lamina/frontend/obstacles/document_methods.hpp>
 #include <lamina/frontend/obstacles/positive_scan.hpp>
+#include <lamina/models/checked_cast.hpp>
 #include <lamina/models/error.hpp>
 
 namespace lamina {
@@ -13,6 +15,8 @@ namespace {
 constexpr double kDegree = 0.017453292519943295;
 
 constexpr double kFullView = 0.8;  // m
+// Of one image, two pixels apart all around in the longest lens there is.
+constexpr int kMostLines = 20000;
 
 ScanOptions checked(const ScanOptions& options) {
   const auto problems = options.problems();
@@ -73,8 +77,9 @@ ObstacleScan ObstacleScanner::State::ours(const ScanView& view, const FloorResul
   ends.clear();
   barred.assign(negative.size(), 0);
   if (!planes.planes.empty()) {
-    const double step = std::atan(1 / view.fx);
-    const int count = static_cast<int>((view.azimuth_to - view.azimuth_from) / step);
+    const double span = view.azimuth_to - view.azimuth_from;
+    const double step = std::max(std::atan(1 / view.fx), span / kMostLines);
+    const int count = to_whole(span / step, 0, kMostLines);
     for (int j = 0; j < count; ++j) {
       lines.push_back(view.line(view.azimuth_from + (j + 0.5) * step));
       ends.push_back(walk(view, lines.back(), labels, planes, options));
@@ -124,7 +129,7 @@ ObstacleScan ObstacleScanner::process(const DepthFrame& frame, const FloorResult
                                       const DisparityImage& disparities) {
   State& s = *state_;
   const CameraModel& camera = frame.camera.camera;
-  if (disparities.d.empty() || !(camera.fx > 0 && camera.fy > 0) || frame.width() < 2) {
+  if (disparities.d.empty() || !usable(camera) || frame.width() < 2) {
     return ObstacleScan::empty(frame.stamp, 0, 0.01, 0, 0);
   }
   LAMINA_CHECK(disparities.width == frame.width() && disparities.height == frame.height());

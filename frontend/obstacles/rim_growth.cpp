@@ -4,6 +4,7 @@
 #include <utility>
 
 #include <lamina/frontend/obstacles/floor_walk.hpp>
+#include <lamina/models/checked_cast.hpp>
 
 namespace lamina {
 namespace {
@@ -29,7 +30,8 @@ class Profile {
 
   double range(double i) const {
     const double d = static_cast<double>(expected(static_cast<float>(i)));
-    return d > 1e-9 ? view_.noise.focal_baseline / d * (outward0_ + i * outward_step_) : 1e9;
+    const double outward = std::max(0.0, outward0_ + i * outward_step_);
+    return d > 1e-9 ? view_.noise.focal_baseline / d * outward : 1e9;
   }
   /// First sample beyond a range: ranges grow along the line.
   int sample_at(double range_m) const {
@@ -158,15 +160,20 @@ struct Rim {
   /// `aside`: m since the last line that has it. Ends scatter where floor fades: no line through
   /// them leads farther off than a rim as oblique as kSteepest would.
   double expected(double azimuth, double aside) const {
-    return skipped > 0 ? straight_on(azimuth, aside) : end.range + step;
+    return skipped > 0 ? straight_on(azimuth, aside) : one_step_on();
   }
   double straight_on(double azimuth, double aside) const {
     constexpr double kSteepest = 2;  // m of range a metre aside
     const double range = straight.range(azimuth);
-    if (!(range > 0)) return end.range + step;
+    if (!(range > 0)) return one_step_on();
     const double most = 3 * end.footprint + kSteepest * aside;
-    return std::clamp(range, end.range - most, end.range + most);
+    return std::clamp(range, std::max(nearest(), end.range - most), end.range + most);
   }
+
+ private:
+  /// From one line to the next a rim comes no nearer than by half: ranges stay above zero.
+  double nearest() const { return 0.5 * end.range; }
+  double one_step_on() const { return std::max(nearest(), end.range + step); }
 };
 
 // A rim goes on behind a post; not behind a cupboard.
@@ -200,7 +207,7 @@ bool carry(const Profile& profile, const Rim& rim, double expected, WalkEnd& to)
   }
   if (best < 0) return false;
   take(rim, profile.range(best - 0.5), rim.end.cause, to);
-  to.footprint = profile.range(best) - profile.range(best - 1);
+  to.footprint = std::max(0.0, profile.range(best) - profile.range(best - 1));
   to.sample = best - 1;
   to.unseen = profile.unseen(best);
   to.faded = rim.end.faded;
@@ -212,7 +219,8 @@ bool carry(const Profile& profile, const Rim& rim, double expected, WalkEnd& to)
 constexpr int kFirm = 8;
 
 int lines_of_half_a_footprint(const WalkEnd& end, double line_step) {
-  return static_cast<int>(0.5 * end.footprint / std::max(1e-6, end.range * line_step));
+  constexpr int kMost = 64;  // lines
+  return to_whole(0.5 * end.footprint / std::max(1e-6, end.range * line_step), 0, kMost);
 }
 
 // One way along the image, from each rim over the lines beside it.
@@ -337,7 +345,7 @@ void drop_narrow(double line_step, std::vector<WalkEnd>& ends) {
     double width = 0;
     for (k = j; k < n && is_negative(raw[k].cause); ++k) width += raw[k].range * line_step;
     if (k == j || j == 0 || k == n || width >= kNarrowest) continue;
-    const std::size_t reach = static_cast<std::size_t>(kPost / (raw[j].range * line_step + 1e-9));
+    const std::size_t reach = to_index(kPost / (raw[j].range * line_step + 1e-9), n);
     bool another = false;
     for (std::size_t i = 1; i <= reach; ++i) {
       another |= i <= j && is_negative(raw[j - i].cause);

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lamina/models/checked_cast.hpp>
+
 namespace lamina {
 
 LikelihoodGrid::LikelihoodGrid(const std::vector<Eigen::Vector2d>& points, double resolution,
@@ -27,7 +29,7 @@ void LikelihoodGrid::stamp(const std::vector<Eigen::Vector2d>& points, double sm
       low = low.cwiseMin(p);
       high = high.cwiseMax(p);
     }
-    const int border = static_cast<int>(std::ceil(3 * smoothing / resolution_)) + 1;
+    const int border = to_whole(std::ceil(3 * smoothing / resolution_), 0, 100) + 1;
     // At most 2^24 cells: beyond, what is far away is left out.
     const double limit = 4000 * resolution_;
     high = high.cwiseMin(low + Eigen::Vector2d(limit, limit));
@@ -96,6 +98,8 @@ struct Candidate {
   std::int64_t sum;  ///< bound (or value) of the summed likelihood
 };
 
+constexpr int kMostSteps = 10000;  // either way: 500 m of cells, half a turn of a point 160 m off
+
 class Search {
  public:
   Search(const std::vector<SearchLayer>& layers, const PlanarPose& start,
@@ -109,16 +113,18 @@ class Search {
       for (const Eigen::Vector2d& p : layer.points_scan) farthest = std::max(farthest, p.norm());
     }
     step_ = resolution_ / farthest;
-    turns_ = static_cast<int>(std::ceil(window.rotation / step_));
-    shifts_ = static_cast<int>(std::ceil(window.translation / resolution_));
+    turns_ = to_whole(std::ceil(std::min(window.rotation, M_PI) / step_), 0, kMostSteps);
+    shifts_ = to_whole(std::ceil(window.translation / resolution_), 0, kMostSteps);
     cells_.resize(static_cast<std::size_t>(2 * turns_ + 1));
   }
 
   std::optional<CorrelativeMatch> run(double min_score) {
-    if (!(full_ > 0)) return std::nullopt;
+    // A start beyond 1e7 m is no place.
+    if (!(full_ > 0) || !(start_.translation().norm() < 1e7)) return std::nullopt;
     best_ = Candidate{0, 0, 0, static_cast<std::int64_t>(std::floor(min_score * full_))};
     int level = 0;
     while (level + 1 < levels_ && (1 << (level + 1)) <= 2 * shifts_) ++level;
+    hold_to_budget(level);
     std::vector<Candidate> roots;
     for (int turn = -turns_; turn <= turns_; ++turn) {
       for (int dx = -shifts_; dx <= shifts_; dx += 1 << level) {
@@ -134,6 +140,19 @@ class Search {
   }
 
  private:
+  /// What a search may cost: some 0.1 s for the first look everywhere, as much again for the rest.
+  static constexpr double kMostSums = 1e8;
+
+  /// Windows as wide as wheels that leapt by 60 m suggest are searched as far as that allows.
+  void hold_to_budget(int level) {
+    double points = 0;
+    for (const SearchLayer& layer : layers_)
+      points += static_cast<double>(layer.points_scan.size());
+    const double side = std::sqrt(kMostSums / (points * (2 * turns_ + 1)));
+    shifts_ = std::min(shifts_, to_whole(0.5 * side * (1 << level), 1, kMostSteps));
+    left_ = 2 * static_cast<std::int64_t>(kMostSums / points);
+  }
+
   PlanarPose pose(const Candidate& c) const {
     return {start_.x + c.dx * resolution_, start_.y + c.dy * resolution_,
             wrap_angle(start_.yaw + c.turn * step_)};
@@ -157,6 +176,7 @@ class Search {
 
   std::int64_t sum(int level, int turn, int dx, int dy) {
     std::int64_t total = 0;
+    --left_;
     const Cell* c = cells(turn).data();
     for (const SearchLayer& layer : layers_) {
       int part = 0;
@@ -179,7 +199,7 @@ class Search {
     std::stable_sort(candidates.begin(), candidates.end(),
                      [](const Candidate& a, const Candidate& b) { return a.sum > b.sum; });
     for (const Candidate& c : candidates) {
-      if (c.sum <= best_.sum) return;
+      if (c.sum <= best_.sum || left_ <= 0) return;
       if (level == 0) {
         if (excluded(c)) continue;
         best_ = c;
@@ -206,6 +226,7 @@ class Search {
   double full_ = 0;  ///< sum of a perfect match
   int levels_ = 1;
   int turns_ = 0, shifts_ = 0;
+  std::int64_t left_ = 0;  ///< sums that may be worked out still
   std::vector<std::vector<Cell>> cells_;
   Candidate best_{0, 0, 0, 0};
   bool found_ = false;

@@ -9,6 +9,8 @@
 namespace lamina {
 
 PointMap::PointMap(std::vector<OrientedPoint> points) {
+  constexpr double kFarthest = 1e7;  // m: beyond is no place
+  std::erase_if(points, [](const OrientedPoint& p) { return !(p.point.norm() < kFarthest); });
   if (points.empty()) return;
   Eigen::Vector2d low = points.front().point, high = low;
   for (const OrientedPoint& p : points) {

@@ -3,6 +3,8 @@
 
 #include <unordered_set>
 
+#include <lamina/models/checked_cast.hpp>
+
 namespace lamina {
 namespace {
 
@@ -50,7 +52,8 @@ std::vector<OrientedPoint> oriented_points(const LaserScan& scan, const ScanPoin
   std::vector<OrientedPoint> result(p.size());
   const Eigen::Vector2d scanner = scan.lidar.T_body_lidar.translation().head<2>();
   const double radius = std::max(options.radius, 10 * sigma);
-  const int most = static_cast<int>(options.max_neighbours * radius / options.radius);
+  // A beam away is a neighbour at the least, a scan at the most.
+  const int most = to_whole(options.max_neighbours * radius / options.radius, 1, 1 << 20);
   const auto linked = [&](std::size_t a, std::size_t b) {
     return beam[b] - beam[a] <= 2 &&
            (p[a] - p[b]).norm() < options.max_gap + 0.05 * (p[a] - scanner).norm();
@@ -112,8 +115,8 @@ std::vector<OrientedPoint> thinned(const std::vector<OrientedPoint>& points, dou
   std::unordered_set<std::int64_t> taken;
   std::vector<OrientedPoint> result;
   for (const OrientedPoint& p : points) {
-    const auto ix = static_cast<std::int64_t>(std::floor(p.point.x() / cell));
-    const auto iy = static_cast<std::int64_t>(std::floor(p.point.y() / cell));
+    const auto ix = std::int64_t{to_cell(p.point.x() / cell)};
+    const auto iy = std::int64_t{to_cell(p.point.y() / cell)};
     if (taken.insert(ix * 2000003 + iy).second) result.push_back(p);
   }
   return result;
