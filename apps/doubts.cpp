@@ -37,6 +37,41 @@ void add_doubts_of_depth(const FrontEnd& front_end, std::vector<Warning>& all) {
   }
 }
 
+// What is stated of the scanner's ranges, against how they scatter along lines.
+void add_doubts_of_ranges(const RangeNoise& noise, const RangeCheck& check,
+                          std::vector<Warning>& all) {
+  if (const auto code = check.code()) {
+    all.push_back({"no_return_code",
+                   fmt::format("readings of {:.2f} m and more are what the scanner gives where "
+                               "nothing returned (whole sectors have that one range), range_max "
+                               "{:.2f} m is stated: they were taken as no return",
+                               *code, check.stated())});
+  }
+  if (const auto from = check.noise_from()) {
+    all.push_back(
+        {"range_max",
+         fmt::format("the scanner's returns from {:.1f} m on are noise ({:.0f} % of them "
+                     "stand out from both neighbours, {:.0f} % of those before), range_max "
+                     "{:.1f} m is stated: they were left out",
+                     *from, 100 * check.share_beyond(), 100 * check.share_before(),
+                     check.stated())});
+  }
+  if (const auto reach = check.reach()) {
+    all.push_back(
+        {"range_max", fmt::format("range_max {:.2f} m is stated, but the scanner measured "
+                                  "walls up to {:.1f} m: all of them were used",
+                                  check.stated(), *reach)});
+  }
+  constexpr double kFar = 3;  // times: rough walls and rounded ranges explain the rest
+  const double stated = noise.stated(), used = noise.sigma();
+  if (!(stated > 0) || (used < kFar * stated && stated < kFar * used)) return;
+  all.push_back(
+      {"range_noise",
+       fmt::format("lidar.range_sigma: {:.3g} m is stated, along straight walls ranges scatter by "
+                   "{:.3f} m, which was used instead",
+                   stated, used)});
+}
+
 }  // namespace
 
 std::vector<Warning> doubts(const std::string& input, const FrontEnd& front_end,
@@ -147,6 +182,7 @@ std::vector<Warning> doubts(const std::string& input, const FrontEnd& front_end,
                      "from nearer by, more of them, or a robot that climbs more would make it free",
                      100 * steps_open / (steps_open + metrics.counts["cells_free"]))});
   }
+  add_doubts_of_ranges(front_end.range_noise(), front_end.range_check(), all);
   add_doubts_of_depth(front_end, all);
   return all;
 }

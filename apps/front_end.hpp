@@ -22,6 +22,7 @@
 #include <lamina/frontend/odometry/scan_odometry.hpp>
 #include <lamina/frontend/odometry/sweep_watch.hpp>
 #include <lamina/frontend/segments/mounting_correction.hpp>
+#include <lamina/frontend/segments/range_check.hpp>
 #include <lamina/frontend/segments/range_noise.hpp>
 #include <lamina/frontend/segments/segment_frontend.hpp>
 #include <lamina/io/metrics.hpp>
@@ -115,6 +116,10 @@ class FrontEnd {
   void tell_scanner_noise(io::Metrics& metrics) const;
   /// Images in which the ground changes its slope.
   std::int64_t slopes_seen() const { return slopes_seen_; }
+  /// How far ranges of scans scatter, against what is stated.
+  const RangeNoise& range_noise() const { return range_noise_; }
+  /// What is claimed of the scanner's largest range, likewise.
+  const RangeCheck& range_check() const { return range_check_; }
   /// How noisy depth images are, against what their calibration says.
   const NoiseWatch& depth_noise() const { return depth_noise_; }
   /// Where they show floor, if their calibration turns nothing.
@@ -132,7 +137,7 @@ class FrontEnd {
            T_start_image, image_velocity, skipped, ground_returns, last_slope, last_two_slopes,
            slopes_seen, knocks, last_sight, since_image, lifted_since_scan, ever_lifted,
            follow_slopes, images_beside_wheels, sweep_watch, scans_tell_scale, scan_left,
-           range_noise, scanner_noise, depth_noise, optical] = v;
+           range_noise, scanner_noise, depth_noise, optical, range_check] = v;
     static_cast<void>(follow_slopes);         // of the mode
     static_cast<void>(images_beside_wheels);  // likewise
     static_cast<void>(distortion);            // of the recording, before it is mapped
@@ -147,7 +152,8 @@ class FrontEnd {
       segments, scan_odometry, T_start_body, last_step, last_told, last_scan, T_start_scan_body,
       since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns,
       last_slope, last_two_slopes, slopes_seen, knocks, last_sight, since_image, lifted_since_scan,
-      ever_lifted, sweep, sweep_watch, scan_left, range_noise, scanner_noise, depth_noise, optical);
+      ever_lifted, sweep, sweep_watch, scan_left, range_noise, scanner_noise, depth_noise, optical,
+      range_check);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -257,6 +263,7 @@ class FrontEnd {
   double scanner_noise_ = 0;  // m, at most, where it is more than stated
   NoiseWatch depth_noise_;
   OpticalWatch optical_;
+  RangeCheck range_check_;
 };
 
 }  // namespace lamina::apps

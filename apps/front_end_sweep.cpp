@@ -62,7 +62,9 @@ void FrontEnd::watch_sweep(const LaserScan& measured, const std::optional<Increm
 // With the noise that scans tell of themselves.
 LaserScan FrontEnd::as_noisy_as_it_is(const LaserScan& measured) {
   LaserScan scan = measured;
-  scan.lidar.noise.range_sigma = range_noise_.hear(measured);
+  range_check_.add(measured);
+  scan.range_max = range_check_.range_max(measured);
+  scan.lidar.noise.range_sigma = range_noise_.hear(scan);
   if (scan.lidar.noise.range_sigma > measured.lidar.noise.range_sigma)
     scanner_noise_ = std::max(scanner_noise_, scan.lidar.noise.range_sigma);
   return scan;

@@ -13,7 +13,11 @@ constexpr std::size_t kLast = 50;
 // Up to here the stated noise does: rounded ranges and rough walls make a real scanner's scans as
 // rough.
 constexpr double kClearly = 1.5;
-constexpr double kMost = 10;  // times the stated noise: beyond, it is the surroundings
+// Times the stated noise, and m: beyond, it is the surroundings.
+constexpr double kMost = 10, kMostSigma = 0.05;
+// A scanner said to be noisier than is usual (0.1 m is what loggers write for any) is as good as
+// its scans show, and no better than usual.
+constexpr double kLess = 3;
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -34,11 +38,13 @@ double RangeNoise::hear(const LaserScan& scan) {
       next_ = (next_ + 1) % static_cast<std::int64_t>(kScans);
     }
   }
-  sigma_ = stated;
+  stated_ = sigma_ = stated;
   if (told_.empty()) return sigma_;
   double told = median(told_);
   if (const double last = median(last_told()); last * kClearly < told) told = last;
-  if (told > kClearly * stated) sigma_ = std::min(told, kMost * stated);
+  const double usual = LidarNoise().range_sigma;
+  if (told > kClearly * stated) sigma_ = std::min(told, std::max(kMost * stated, kMostSigma));
+  if (kLess * told < stated && stated > usual) sigma_ = std::max(told, usual);
   return sigma_;
 }
 

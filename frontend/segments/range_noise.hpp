@@ -14,14 +14,16 @@ namespace lamina {
 class RangeNoise {
  public:
   /// Hears a scan as it was measured and returns range_sigma (m) to be used for it: the stated one,
-  /// unless scans scatter by clearly more. Goes back within some 25 scans of the stated noise.
+  /// unless scans scatter by clearly more, or by far less where it is more than usual. Goes back
+  /// within some 25 scans of the stated noise.
   double hear(const LaserScan& scan);
-  /// As returned last; 0 before the first scan.
+  /// As returned last; 0 before the first scan. And what that scan stated.
   double sigma() const { return sigma_; }
+  double stated() const { return stated_; }
   /// For archives (models/archive.hpp): all that one scan leaves to the next.
   template <class A>
   friend void fields(A& a, RangeNoise& v) {
-    a(v.told_, v.next_, v.sigma_);
+    a(v.told_, v.next_, v.sigma_, v.stated_);
   }
 
  private:
@@ -30,7 +32,7 @@ class RangeNoise {
   ScanPoints points_;         // buffers
   std::vector<double> told_;  // m, by the last scans
   std::int64_t next_ = 0;     // place of the next one in it, once it is full
-  double sigma_ = 0;
+  double sigma_ = 0, stated_ = 0;
 };
 
 }  // namespace lamina

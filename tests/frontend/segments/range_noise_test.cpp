@@ -41,6 +41,15 @@ TEST(RangeNoise, ANoisierScannerTellsHowNoisyItIs) {
   }
 }
 
+// Loggers write 0.1 m for any scanner.
+TEST(RangeNoise, AStatedNoiseFarAboveWhatScansShowIsLowered) {
+  for (const int beams : {181, 541}) {
+    EXPECT_NEAR(sigma_after(0.02, 0.1, beams, 6), 0.02, 0.004) << beams;
+    EXPECT_EQ(sigma_after(0.003, 0.1, beams, 6), 0.01) << beams;  // no better than usual
+    EXPECT_EQ(sigma_after(0.04, 0.1, beams, 6), 0.1) << beams;    // not far from it
+  }
+}
+
 TEST(RangeNoise, ClutterIsNoNoise) {
   EXPECT_EQ(sigma_after(0.01, 0.01, 541, 40), 0.01);
   EXPECT_NEAR(sigma_after(0.05, 0.01, 541, 40), 0.05, 0.01);
