@@ -1,6 +1,8 @@
 // `lamina info`: what a recording holds.
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <iostream>
+#include <optional>
 
 #include <lamina/apps/verbs.hpp>
 #include <lamina/sensors/recording_info.hpp>
@@ -14,9 +16,16 @@ Verb info_verb() {
             app.add_option("INPUT", *input,
                            "dataset folder, .oni, .log, .clf, .rawlog, .bag, .pcd, or openni:[URI]")
                 ->required();
-            return [input]() {
-              const auto recording = open_recording(*input);
+            auto calibration = std::make_shared<std::optional<std::filesystem::path>>();
+            app.add_option("--calibration", *calibration,
+                           "YAML file of sensors: what it states replaces what INPUT says");
+            return [input, calibration]() {
+              RecordingOptions options;
+              options.calibration = *calibration;
+              const auto recording = open_recording(*input, options);
               std::cout << to_text(inspect(*recording));
+              for (const std::string& text : recording->assumed())
+                std::cout << "assumed   " << text << '\n';
               return kDone;
             };
           }};

@@ -18,6 +18,8 @@ Verb map_verb() {
             ->required();
         app.add_option("-o,--output", request->output, "folder for the results")->required();
         app.add_option("--config", request->config, "YAML file of settings");
+        app.add_option("--calibration", request->calibration,
+                       "YAML file of sensors: what it states replaces what INPUT says");
         app.add_option("--preset", request->preset,
                        "indoor_rgbd, wheeled_lidar or aerial_lidar; else by what INPUT holds");
         app.add_option("--set", request->assignments, "key=value, as often as needed")->take_all();

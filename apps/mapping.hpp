@@ -15,6 +15,7 @@ struct MapRequest {
   std::string input;
   std::filesystem::path output;
   std::optional<std::filesystem::path> config;
+  std::optional<std::filesystem::path> calibration;  ///< laid over what the input says of sensors
   std::optional<std::string> preset;     ///< by name; else the file's, else by the sensors
   std::vector<std::string> assignments;  ///< key=value
   bool online = false;                   ///< false: offline, the whole graph is refined at the end

@@ -1,6 +1,7 @@
 // A prior and evidence, put together.
 #include <lamina/apps/mounting_doubt.hpp>
 
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <Eigen/Cholesky>
@@ -59,10 +60,14 @@ void MountingDoubt::tell(Mapper& mapper, io::Metrics& metrics) const {
   mapper.doubt_mountings(C);
   const double heading_deg = std::sqrt(C(2, 2)) * 180 / M_PI;
   const double place_cm = 100 * std::sqrt(0.5 * (C(0, 0) + C(1, 1)));
-  spdlog::info("mountings as used: heading to {:.2f} deg, place across the floor to {:.1f} cm",
-               heading_deg, place_cm);
-  metrics.counts["mounting_heading_sigma_deg"] = heading_deg;
-  metrics.counts["mounting_place_sigma_cm"] = place_cm;
+  // A place that nothing states, or a heading that nothing could tell, is not known to 0.0.
+  const bool place_known = place_body_.norm() >= kMiddle;
+  const bool heading_known = place_known || wheels_;
+  spdlog::info("sensor mounting: heading {}, position {}",
+               heading_known ? fmt::format("known to +-{:.2f} deg", heading_deg) : "assumed",
+               place_known ? fmt::format("known to +-{:.1f} cm", place_cm) : "assumed");
+  if (heading_known) metrics.counts["mounting_heading_sigma_deg"] = heading_deg;
+  if (place_known) metrics.counts["mounting_place_sigma_cm"] = place_cm;
   if (!wheels_alone()) return;
   const WheelErrors::Matrix prior = WheelPrior(Eigen::Vector2d::Zero()).information();
   const Eigen::Vector3d of_wheels = prior.diagonal().head<3>();

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include <lamina/models/error.hpp>
+#include <lamina/sensors/calibration_overlay.hpp>
 #include <lamina/sensors/text.hpp>
 #include <lamina/sensors/yaml_section.hpp>
 
@@ -19,6 +20,9 @@ constexpr NumberRule kScale{0, 1e7, false, "raw units per metre, above 0"};
 constexpr NumberRule kBaseline{0, 100, false, "a baseline above 0 (m)"};
 constexpr NumberRule kDisparitySigma{0, 100, false, "a disparity sigma above 0 (px)"};
 constexpr NumberRule kSigma{0, 1e3, false, "a sigma above 0"};
+
+const std::initializer_list<std::string_view> kSections = {"depth_camera", "stereo_camera", "lidar",
+                                                           "odometry"};
 
 SE3 read_pose(const YamlSection& parent, const std::string& key,
               std::vector<std::string>& remarks) {
@@ -42,81 +46,117 @@ SE3 read_pose(const YamlSection& parent, const std::string& key,
   return {SO3(rotation), Eigen::Vector3d((*t)[0], (*t)[1], (*t)[2])};
 }
 
-CameraModel read_camera(const YamlSection& section, std::vector<std::string>& remarks) {
-  CameraModel camera;
-  camera.width = section.integer("width", kImageSize);
-  camera.height = section.integer("height", kImageSize);
-  camera.fx = section.number("fx", kFocal);
-  camera.fy = section.number("fy", kFocal);
-  camera.cx = section.number("cx", kPrincipal);
-  camera.cy = section.number("cy", kPrincipal);
+// A section that may be laid over what is there already: then only what it states is taken.
+struct Reading {
+  const YamlSection& section;
+  bool whole;  // what has no default must be stated
+
+  void number(const char* key, const NumberRule& rule, double& value) const {
+    if (whole || section.has(key)) value = section.number(key, rule);
+  }
+  void integer(const char* key, const NumberRule& rule, int& value) const {
+    if (whole || section.has(key)) value = section.integer(key, rule);
+  }
+};
+
+void read_camera(const Reading& reading, CameraModel& camera, std::vector<std::string>& remarks) {
+  const YamlSection& section = reading.section;
+  reading.integer("width", kImageSize, camera.width);
+  reading.integer("height", kImageSize, camera.height);
+  reading.number("fx", kFocal, camera.fx);
+  reading.number("fy", kFocal, camera.fy);
+  reading.number("cx", kPrincipal, camera.cx);
+  reading.number("cy", kPrincipal, camera.cy);
   if (const auto d = section.numbers("distortion", 5)) {
     const bool any = std::any_of(d->begin(), d->end(), [](double x) { return x != 0; });
+    camera.distortion.reset();
     if (any) camera.distortion = {(*d)[0], (*d)[1], (*d)[2], (*d)[3], (*d)[4]};
   }
-  camera.T_body_camera = read_pose(section, "T_body_camera", remarks);
-  if (camera.cx < 0 || camera.cx > camera.width || camera.cy < 0 || camera.cy > camera.height) {
+  if (reading.whole || section.has("T_body_camera"))
+    camera.T_body_camera = read_pose(section, "T_body_camera", remarks);
+  if (reading.whole &&
+      (camera.cx < 0 || camera.cx > camera.width || camera.cy < 0 || camera.cy > camera.height)) {
     remarks.push_back("the principal point lies outside the image");
   }
-  return camera;
 }
 
-DepthCamera read_depth_camera(const YamlSection& section, std::vector<std::string>& remarks) {
+const char* name_of(DepthNoise::Kind kind) {
+  if (kind == DepthNoise::Kind::kStereo) return "stereo";
+  return kind == DepthNoise::Kind::kIdeal ? "ideal" : "kinect";
+}
+
+// `before`: of the focal length and model that stood there.
+void read_noise(const YamlSection& section, const std::string& model, double focal_before,
+                DepthCamera& depth, std::vector<std::string>& remarks) {
+  const double focal = depth.camera.fx;
+  if (model != "stereo") {
+    if (section.has("baseline") || section.has("disparity_sigma"))
+      remarks.push_back("depth_camera: baseline and disparity_sigma count for model stereo only");
+    depth.noise = model == "ideal" ? DepthNoise::ideal(focal) : DepthNoise::kinect(focal);
+    return;
+  }
+  const bool was_stereo = depth.noise.kind == DepthNoise::Kind::kStereo && focal_before > 0;
+  const double baseline = was_stereo && !section.has("baseline")
+                              ? depth.noise.focal_baseline / focal_before
+                              : section.number("baseline", kBaseline);
+  const double sigma = section.number_or("disparity_sigma", kDisparitySigma,
+                                         was_stereo ? depth.noise.disparity_sigma : 0.2);
+  depth.noise = DepthNoise::stereo(focal, baseline, sigma);
+}
+
+void read_depth_camera(const Reading& reading, DepthCamera& depth,
+                       std::vector<std::string>& remarks) {
+  const YamlSection& section = reading.section;
   section.check_keys({"model", "width", "height", "fx", "fy", "cx", "cy", "depth_scale",
                       "distortion", "T_body_camera", "baseline", "disparity_sigma"});
-  DepthCamera depth;
-  if (!section.has("model")) remarks.push_back("depth_camera.model: kinect was assumed");
-  const std::string model = section.text_or("model", "kinect");
+  if (reading.whole && !section.has("model"))
+    remarks.push_back("depth_camera.model: kinect was assumed");
+  const std::string model =
+      section.text_or("model", reading.whole ? "kinect" : name_of(depth.noise.kind));
   if (model != "kinect" && model != "stereo" && model != "ideal") {
     section.fail("model", shown(model), "kinect, stereo or ideal");
   }
-  depth.camera = read_camera(section, remarks);
-  depth.depth_scale = section.number("depth_scale", kScale);
-  if (model == "kinect") depth.noise = DepthNoise::kinect(depth.camera.fx);
-  if (model == "ideal") depth.noise = DepthNoise::ideal(depth.camera.fx);
-  if (model == "stereo") {
-    const double baseline = section.number("baseline", kBaseline);
-    const double sigma = section.number_or("disparity_sigma", kDisparitySigma, 0.2);
-    depth.noise = DepthNoise::stereo(depth.camera.fx, baseline, sigma);
-  } else if (section.has("baseline") || section.has("disparity_sigma")) {
-    remarks.push_back("depth_camera: baseline and disparity_sigma count for model stereo only");
-  }
-  return depth;
+  const double focal_before = depth.camera.fx;
+  read_camera(reading, depth.camera, remarks);
+  reading.number("depth_scale", kScale, depth.depth_scale);
+  bool other_noise = reading.whole;
+  for (const char* key : {"model", "fx", "baseline", "disparity_sigma"})
+    other_noise = other_noise || section.has(key);
+  if (other_noise) read_noise(section, model, focal_before, depth, remarks);
 }
 
-StereoCamera read_stereo_camera(const YamlSection& section, std::vector<std::string>& remarks) {
+void read_stereo_camera(const Reading& reading, StereoCamera& stereo,
+                        std::vector<std::string>& remarks) {
+  const YamlSection& section = reading.section;
   section.check_keys({"width", "height", "fx", "fy", "cx", "cy", "distortion", "T_body_camera",
                       "baseline", "disparity_sigma"});
-  StereoCamera stereo;
-  stereo.camera = read_camera(section, remarks);
-  stereo.baseline = section.number("baseline", kBaseline);
-  stereo.disparity_sigma = section.number_or("disparity_sigma", kDisparitySigma, 0.25);
-  return stereo;
+  read_camera(reading, stereo.camera, remarks);
+  reading.number("baseline", kBaseline, stereo.baseline);
+  stereo.disparity_sigma =
+      section.number_or("disparity_sigma", kDisparitySigma, stereo.disparity_sigma);
 }
 
-LidarModel read_lidar(const YamlSection& section, std::vector<std::string>& remarks) {
+void read_lidar(const Reading& reading, LidarModel& lidar, std::vector<std::string>& remarks) {
+  const YamlSection& section = reading.section;
   section.check_keys({"range_sigma", "angle_sigma", "T_body_lidar"});
-  LidarModel lidar;
   lidar.noise.range_sigma = section.number_or("range_sigma", kSigma, lidar.noise.range_sigma);
   lidar.noise.angle_sigma = section.number_or("angle_sigma", kSigma, lidar.noise.angle_sigma);
   if (section.has("T_body_lidar")) {
     lidar.T_body_lidar = read_pose(section, "T_body_lidar", remarks);
-  } else {
+  } else if (reading.whole) {
     remarks.push_back("lidar.T_body_lidar: the body's origin was assumed");
   }
-  return lidar;
 }
 
-OdometryModel read_odometry_model(const YamlSection& section) {
+void read_odometry_model(const YamlSection& section, OdometryModel& model) {
   section.check_keys({"sigma_translation", "sigma_rotation", "sigma_rotation_turn", "planar"});
-  OdometryModel model;
   model.sigma_translation = section.number_or("sigma_translation", kSigma, model.sigma_translation);
   model.sigma_rotation = section.number_or("sigma_rotation", kSigma, model.sigma_rotation);
   model.sigma_rotation_turn =
       section.number_or("sigma_rotation_turn", kSigma, model.sigma_rotation_turn);
   model.planar = section.boolean_or("planar", model.planar);
-  return model;
 }
+
 }  // namespace
 
 SE3 forward_looking_camera() {
@@ -125,17 +165,20 @@ SE3 forward_looking_camera() {
 
 Calibration parse_calibration(const std::string& text, const std::string& file) {
   const YamlSection root = YamlSection::parse(text, file);
-  root.check_keys({"depth_camera", "stereo_camera", "lidar", "odometry"});
+  root.check_keys(kSections);
   Calibration result;
   if (root.has("depth_camera")) {
-    result.depth_camera = read_depth_camera(root.section("depth_camera"), result.remarks);
+    read_depth_camera({root.section("depth_camera"), true}, result.depth_camera.emplace(),
+                      result.remarks);
   }
   if (root.has("stereo_camera")) {
-    result.stereo_camera = read_stereo_camera(root.section("stereo_camera"), result.remarks);
+    read_stereo_camera({root.section("stereo_camera"), true}, result.stereo_camera.emplace(),
+                       result.remarks);
   }
-  if (root.has("lidar")) result.lidar = read_lidar(root.section("lidar"), result.remarks);
+  if (root.has("lidar"))
+    read_lidar({root.section("lidar"), true}, result.lidar.emplace(), result.remarks);
   if (root.has("odometry")) {
-    result.odometry = read_odometry_model(root.section("odometry"));
+    read_odometry_model(root.section("odometry"), result.odometry);
     result.odometry_given = true;
   }
   return result;
@@ -143,6 +186,71 @@ Calibration parse_calibration(const std::string& text, const std::string& file) 
 
 Calibration read_calibration(const std::filesystem::path& file) {
   return parse_calibration(read_file_bytes(file), file.string());
+}
+
+std::string default_range_sigma() {
+  std::ostringstream text;
+  text << LidarNoise().range_sigma << " m";
+  return text.str();
+}
+
+CalibrationOverlay::CalibrationOverlay() = default;
+CalibrationOverlay::~CalibrationOverlay() = default;
+CalibrationOverlay::CalibrationOverlay(CalibrationOverlay&&) noexcept = default;
+CalibrationOverlay& CalibrationOverlay::operator=(CalibrationOverlay&&) noexcept = default;
+
+CalibrationOverlay::CalibrationOverlay(const std::filesystem::path& file)
+    : root_(
+          std::make_unique<YamlSection>(YamlSection::parse(read_file_bytes(file), file.string()))) {
+  root_->check_keys(kSections);
+  // What is wrong with it is said at once, whatever the recording holds.
+  Calibration any;
+  any.depth_camera.emplace().noise = DepthNoise::stereo(1, 1, 1);
+  any.depth_camera->camera.fx = 1;
+  any.stereo_camera.emplace();
+  any.lidar.emplace();
+  apply(any);
+}
+
+CalibrationOverlay::CalibrationOverlay(const std::optional<std::filesystem::path>& file) {
+  if (file) *this = CalibrationOverlay(*file);
+}
+
+bool CalibrationOverlay::states(const std::string& key) const {
+  if (!root_) return false;
+  const auto dot = key.find('.');
+  if (dot == std::string::npos) return root_->has(key);
+  const std::string section = key.substr(0, dot);
+  return root_->has(section) && root_->section(section).has(key.substr(dot + 1));
+}
+
+void CalibrationOverlay::apply(LidarModel& lidar) const {
+  std::vector<std::string> remarks;
+  if (states("lidar")) read_lidar({root_->section("lidar"), false}, lidar, remarks);
+}
+
+void CalibrationOverlay::apply(DepthCamera& depth) const {
+  std::vector<std::string> remarks;
+  if (states("depth_camera"))
+    read_depth_camera({root_->section("depth_camera"), false}, depth, remarks);
+}
+
+void CalibrationOverlay::apply(StereoCamera& stereo) const {
+  std::vector<std::string> remarks;
+  if (states("stereo_camera"))
+    read_stereo_camera({root_->section("stereo_camera"), false}, stereo, remarks);
+}
+
+void CalibrationOverlay::apply(OdometryModel& odometry) const {
+  if (states("odometry")) read_odometry_model(root_->section("odometry"), odometry);
+}
+
+void CalibrationOverlay::apply(Calibration& calibration) const {
+  if (calibration.depth_camera) apply(*calibration.depth_camera);
+  if (calibration.stereo_camera) apply(*calibration.stereo_camera);
+  if (calibration.lidar) apply(*calibration.lidar);
+  apply(calibration.odometry);
+  calibration.odometry_given = calibration.odometry_given || states("odometry");
 }
 
 }  // namespace lamina

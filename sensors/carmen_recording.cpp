@@ -4,6 +4,7 @@
 #include <deque>
 
 #include <lamina/models/error.hpp>
+#include <lamina/sensors/calibration_overlay.hpp>
 #include <lamina/sensors/carmen_index.hpp>
 #include <lamina/sensors/odometry_track.hpp>
 #include <lamina/sensors/recording_sources.hpp>
@@ -16,6 +17,7 @@ namespace {
 constexpr double kSickRangeMax = 80.0;  // m; SICK LMS write 81.83, 81.91 for no return
 constexpr double kMountSlack = 0.02;    // m and rad a fixed mounting may seem to move (rounding)
 constexpr double kFurthestMount = 5;    // m from the robot's centre
+constexpr double kAccuracyOfAny = 0.1;  // what drivers write for any scanner
 constexpr double kAccuracyLow = 0.002, kAccuracyHigh = 0.2;  // m, believable in ROBOTLASER lines
 
 class CarmenRecording final : public Recording {
@@ -53,6 +55,7 @@ class CarmenRecording final : public Recording {
     return {{"odometry", track_.stamps()}};
   }
   std::vector<std::string> remarks() const override { return remarks_; }
+  std::vector<std::string> assumed() const override { return assumed_; }
   std::optional<std::int64_t> size_hint() const override {
     return static_cast<std::int64_t>(order_.size() *
                                      (index_.sources.empty() || track_.empty() ? 1 : 2));
@@ -70,7 +73,7 @@ class CarmenRecording final : public Recording {
   }
   void choose_odometry();
   void set_up_lidars(const RecordingOptions& options);
-  SE3 mounting(const CarmenSource& source);
+  std::optional<SE3> mounting(const CarmenSource& source) const;
   void schedule();
   void read_entry(std::pair<int, std::size_t> which);
   double range_limit(const CarmenSource& source, const CarmenScan& scan) const;
@@ -84,7 +87,7 @@ class CarmenRecording final : public Recording {
   std::deque<Measurement> pending_;
   Calibration calibration_;
   SkipCounts skips_;
-  std::vector<std::string> remarks_;
+  std::vector<std::string> remarks_, assumed_;
 };
 
 void CarmenRecording::choose_odometry() {
@@ -114,40 +117,54 @@ void CarmenRecording::choose_odometry() {
   }
 }
 
+SE3 facing_of(const CarmenSource& source) {
+  return source.tag.device == 2 ? SE3::planar(0, 0, M_PI) : SE3();
+}
+
 // T_body_lidar: from the poses of the lines where they agree with each other. Equal poses mean the
 // body is the laser, whatever PARAM says: corrected logs give both so (freiburg-079's map is
 // sharpest at 0, not at its PARAM of -0.04 m). Lines without poses, or with a moving difference,
 // take PARAM.
-SE3 CarmenRecording::mounting(const CarmenSource& source) {
+// nullopt: neither says where it sits.
+std::optional<SE3> CarmenRecording::mounting(const CarmenSource& source) const {
   const bool rear = source.tag.device == 2;
-  const SE3 facing = rear ? SE3::planar(0, 0, M_PI) : SE3();
+  const SE3 facing = facing_of(source);
   if (!source.mounts.empty()) {
     const SE3& first = source.mounts.front();
     const bool fixed = std::all_of(source.mounts.begin(), source.mounts.end(), [&](const SE3& m) {
       return (first.inverse() * m).log().cwiseAbs().maxCoeff() < kMountSlack;
     });
-    if (fixed) return first.log().norm() > 1e-6 ? first : facing;
+    if (fixed && (first.log().norm() > 1e-6 || !rear)) return first;
+    if (fixed) return std::nullopt;
   }
   const auto& params = index_.params;
   const auto param = params.find(rear ? "robot_rearlaser_offset" : "robot_frontlaser_offset");
   const bool stated = param != params.end() && std::abs(param->second) < kFurthestMount;
-  return stated ? SE3::planar(param->second, 0, 0) * facing : facing;
+  return stated ? std::optional(SE3::planar(param->second, 0, 0) * facing) : std::nullopt;
 }
 
 void CarmenRecording::set_up_lidars(const RecordingOptions& options) {
-  if (options.calibration) calibration_ = read_calibration(*options.calibration);
+  const CalibrationOverlay given(options.calibration);
+  given.apply(calibration_);
   for (const CarmenSource& source : index_.sources) {
     LidarModel model;
     std::string why;
     const auto scan = parse_carmen_scan(source.tag, source.entries.front().line, why);
     if (scan && scan->accuracy && *scan->accuracy >= kAccuracyLow &&
-        *scan->accuracy <= kAccuracyHigh) {
+        *scan->accuracy <= kAccuracyHigh && *scan->accuracy != kAccuracyOfAny) {
       model.noise.range_sigma = *scan->accuracy;
+    } else if (source.tag.device == 1 && !given.states("lidar.range_sigma")) {
+      assumed_.push_back("lidar.range_sigma: " + default_range_sigma());
     }
-    model.T_body_lidar = mounting(source);
+    const std::optional<SE3> stated = mounting(source);
+    model.T_body_lidar = stated.value_or(facing_of(source));
     const bool front = source.tag.device == 1;
-    if (front && calibration_.lidar) model = *calibration_.lidar;
+    // A file has one lidar: where it sits and how noisy it is are said of the front's.
+    if (front) given.apply(model);
     if (front) calibration_.lidar = model;
+    if (!stated && !(front && given.states("lidar.T_body_lidar")))
+      assumed_.push_back(front ? "front laser at the body's origin, facing forward"
+                               : "rear laser at the body's origin, facing backward");
     lidars_.push_back(model);
   }
 }

@@ -5,6 +5,7 @@
 #include <set>
 
 #include <lamina/models/error.hpp>
+#include <lamina/sensors/calibration_overlay.hpp>
 #include <lamina/sensors/image_file.hpp>
 #include <lamina/sensors/odometry_track.hpp>
 #include <lamina/sensors/recording_sources.hpp>
@@ -32,11 +33,20 @@ struct ScanPlace {
   int number;  // of the line
 };
 
+// The folder's own, and what --calibration states over it; that alone where the folder has none.
+Calibration calibration_of(const std::filesystem::path& folder, const RecordingOptions& options) {
+  const auto own = folder / "calibration.yaml";
+  if (options.calibration && !std::filesystem::exists(own))
+    return read_calibration(*options.calibration);
+  Calibration calibration = read_calibration(own);
+  CalibrationOverlay(options.calibration).apply(calibration);
+  return calibration;
+}
+
 class DatasetRecording final : public Recording {
  public:
   DatasetRecording(const std::filesystem::path& folder, const RecordingOptions& options)
-      : folder_(folder),
-        calibration_(read_calibration(options.calibration.value_or(folder / "calibration.yaml"))) {
+      : folder_(folder), calibration_(calibration_of(folder, options)) {
     remarks_ = calibration_.remarks;
     read_poses();
     read_scans();
@@ -78,6 +88,12 @@ class DatasetRecording final : public Recording {
   std::map<std::string, std::string> first_skipped() const override { return skips_.firsts(); }
   std::map<std::string, std::vector<Timestamp>> recorded_stamps() const override {
     return {{"odometry", track_.stamps()}, {"rgb", colour_stamps_}};
+  }
+  std::vector<std::string> assumed() const override {
+    std::vector<std::string> all;
+    for (const std::string& remark : calibration_.remarks)
+      if (remark.find("assumed") != std::string::npos) all.push_back(remark);
+    return all;
   }
   std::vector<std::string> remarks() const override { return remarks_; }
   std::optional<std::int64_t> size_hint() const override {

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include <lamina/models/error.hpp>
+#include <lamina/sensors/calibration_overlay.hpp>
 #include <lamina/sensors/recording_sources.hpp>
 #include <lamina/sensors/rectify.hpp>
 #include <lamina/sensors/skip_counts.hpp>
@@ -125,6 +126,7 @@ class OpenNiRecording final : public Recording {
   const Calibration& calibration() const override { return calibration_; }
   std::map<std::string, std::int64_t> skipped() const override { return skips_.counts(); }
   std::vector<std::string> remarks() const override { return remarks_; }
+  std::vector<std::string> assumed() const override { return assumed_; }
   std::optional<std::int64_t> size_hint() const override {
     return is_file_ ? std::optional<std::int64_t>(frames_) : std::nullopt;
   }
@@ -145,7 +147,7 @@ class OpenNiRecording final : public Recording {
   Calibration calibration_;
   std::optional<Rectifier> rectifier_;
   SkipCounts skips_;
-  std::vector<std::string> remarks_;
+  std::vector<std::string> remarks_, assumed_;
   std::optional<Timestamp> last_;
   std::int64_t frames_ = 0, read_ = 0;
   bool mirrored_ = false, done_ = false;
@@ -162,7 +164,8 @@ void OpenNiRecording::read_camera(const RecordingOptions& options) {
     throw input_error(name_, "", "pixel format " + std::to_string(static_cast<int>(format)),
                       "depth in 1 mm or 100 um");
   }
-  if (options.calibration) calibration_ = read_calibration(*options.calibration);
+  const CalibrationOverlay given(options.calibration);
+  given.apply(calibration_);
   CameraModel camera;
   camera.width = mode.getResolutionX();
   camera.height = mode.getResolutionY();
@@ -182,15 +185,19 @@ void OpenNiRecording::read_camera(const RecordingOptions& options) {
   camera.cy = 0.5 * (camera.height - 1);
   camera.T_body_camera = forward_looking_camera();
   const double scale = millimetres ? 1000 : 10000;
-  const bool given = calibration_.depth_camera.has_value();
-  if (given && (calibration_.depth_camera->camera.width != camera.width ||
-                calibration_.depth_camera->camera.height != camera.height)) {
+  DepthCamera depth{camera, scale, DepthNoise::kinect(camera.fx)};
+  given.apply(depth);
+  if (depth.camera.width != camera.width || depth.camera.height != camera.height) {
     throw input_error(options.calibration->string(), "depth_camera",
                       "another size than the stream's",
                       std::to_string(camera.width) + " x " + std::to_string(camera.height));
   }
-  if (!given) calibration_.depth_camera = DepthCamera{camera, scale, DepthNoise::kinect(camera.fx)};
-  calibration_.depth_camera->depth_scale = scale;  // the device says its units
+  depth.depth_scale = scale;  // the device says its units
+  calibration_.depth_camera = depth;
+  if (!given.states("depth_camera.T_body_camera"))
+    assumed_.emplace_back("camera at the body's origin, looking forward");
+  if (!fov && !given.states("depth_camera.fx"))
+    assumed_.emplace_back("focal length of 0.9 image widths");
   rectifier_.emplace(calibration_.depth_camera->camera);
 }
 

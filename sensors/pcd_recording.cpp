@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include <lamina/models/error.hpp>
+#include <lamina/sensors/calibration_overlay.hpp>
 #include <lamina/sensors/pcd_header.hpp>
 #include <lamina/sensors/recording_sources.hpp>
 #include <lamina/sensors/skip_counts.hpp>
@@ -22,7 +23,7 @@ class PcdRecording final : public Recording {
     // PCL speaks on the program's own streams of clouds without a plane; what is wrong is said
     // here.
     pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS);
-    if (options.calibration) calibration_ = read_calibration(*options.calibration);
+    CalibrationOverlay(options.calibration).apply(calibration_);
     if (single_) files_.push_back(path);
     if (!single_) {
       for (const auto& entry : std::filesystem::directory_iterator(path)) {

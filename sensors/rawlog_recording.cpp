@@ -18,6 +18,7 @@
 #include <set>
 
 #include <lamina/models/error.hpp>
+#include <lamina/sensors/calibration_overlay.hpp>
 #include <lamina/sensors/odometry_track.hpp>
 #include <lamina/sensors/recording_sources.hpp>
 #include <lamina/sensors/rectify.hpp>
@@ -154,9 +155,8 @@ class ObjectStream {
 class RawlogRecording final : public Recording {
  public:
   RawlogRecording(const std::filesystem::path& file, const RecordingOptions& options)
-      : name_(file.string()), whole_(is_whole(name_)), stream_(name_) {
-    if (options.calibration) given_ = read_calibration(*options.calibration);
-    if (given_) calibration_ = *given_;
+      : name_(file.string()), whole_(is_whole(name_)), stream_(name_), given_(options.calibration) {
+    given_.apply(calibration_);
     first_pass();
   }
 
@@ -200,7 +200,7 @@ class RawlogRecording final : public Recording {
   std::string name_;
   bool whole_;
   ObjectStream stream_;
-  std::optional<Calibration> given_;
+  CalibrationOverlay given_;
   Calibration calibration_;
   OdometryTrack track_;
   std::set<Timestamp> odometry_given_;
@@ -217,6 +217,7 @@ void RawlogRecording::meet(const obs::CObservation::Ptr& observation) {
   const auto* scan = dynamic_cast<const obs::CObservation2DRangeScan*>(observation.get());
   if (scan != nullptr && to_stamp(scan->timestamp) && !is_empty(*scan)) {
     calibration_.lidar = to_lidar(*scan);
+    given_.apply(*calibration_.lidar);
   }
 }
 
@@ -310,7 +311,8 @@ void RawlogRecording::convert_scan(const obs::CObservation2DRangeScan& in, Times
     const float r = in.getScanRange(i);
     scan.ranges[i] = in.getScanRangeValidity(i) && r < in.maxRange ? r : HUGE_VALF;
   }
-  scan.lidar = given_ && given_->lidar ? *given_->lidar : to_lidar(in);
+  scan.lidar = to_lidar(in);
+  given_.apply(scan.lidar);
   push_frame(std::move(scan));
 }
 
@@ -343,9 +345,10 @@ void RawlogRecording::convert_depth(const obs::CObservation3DRangeScan& in, Time
           static_cast<std::uint16_t>(std::lround(raw));
     }
   }
-  if (given_ && given_->depth_camera && given_->depth_camera->camera.width == width &&
-      given_->depth_camera->camera.height == height) {
-    frame.camera = *given_->depth_camera;
+  given_.apply(frame.camera);
+  if (frame.camera.camera.width != width || frame.camera.camera.height != height) {
+    skips_.add(kSkipWrongSize);
+    return;
   }
   frame.raw = Rectifier(frame.camera.camera).depth(frame.raw);
   frame.camera.camera.distortion.reset();
@@ -375,7 +378,7 @@ void RawlogRecording::convert_stereo(const obs::CObservationStereoImages& in, Ti
                                   static_cast<int>(in.imageLeft.getHeight()));
   frame.camera.camera.T_body_camera = to_se3(mrpt::poses::CPose3D(in.cameraPose));
   frame.camera.baseline = in.rightCameraPose.x();
-  if (given_ && given_->stereo_camera) frame.camera = *given_->stereo_camera;
+  given_.apply(frame.camera);
   const Rectifier rectifier(frame.camera.camera);
   frame.left = rectifier.grey(to_grey(in.imageLeft));
   frame.right = rectifier.grey(to_grey(in.imageRight));

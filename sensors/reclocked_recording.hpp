@@ -37,6 +37,7 @@ class ReclockedRecording final : public Recording {
   }
   std::vector<std::string> remarks() const override { return source_->remarks(); }
   std::vector<Warning> warnings() const override { return source_->warnings(); }
+  std::vector<std::string> assumed() const override { return source_->assumed(); }
   std::optional<std::int64_t> size_hint() const override { return source_->size_hint(); }
   std::optional<std::int64_t> depth_hint() const override { return source_->depth_hint(); }
 

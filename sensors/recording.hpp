@@ -18,7 +18,7 @@ namespace lamina {
 /// Settings a reader may need; every one has a default that suits most recordings.
 struct RecordingOptions {
   std::map<std::string, std::string> topics;  ///< ROS: role ("scan", "depth", "odom") -> topic
-  std::optional<std::filesystem::path> calibration;  ///< overrides what the recording says
+  std::optional<std::filesystem::path> calibration;  ///< what it states replaces what INPUT says
   double association_tolerance_s = 0.02;             ///< pairs left and right, depth and colour
 };
 
@@ -42,6 +42,8 @@ class Recording {
   /// When colour images and poses of the odometry ("rgb", "odometry") were recorded, in order:
   /// next() gives none of the former, and the latter at other sensors' times, too.
   virtual std::map<std::string, std::vector<Timestamp>> recorded_stamps() const { return {}; }
+  /// What no file or topic stated and was assumed for want of it: where sensors sit, noise.
+  virtual std::vector<std::string> assumed() const { return {}; }
   /// Remarks for people: what was found, assumed or is odd.
   virtual std::vector<std::string> remarks() const { return {}; }
   /// What of the recording may make the map wrong, or is not as its files state; complete at the

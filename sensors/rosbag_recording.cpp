@@ -4,6 +4,7 @@
 #include <set>
 
 #include <lamina/models/error.hpp>
+#include <lamina/sensors/calibration_overlay.hpp>
 #include <lamina/sensors/odometry_track.hpp>
 #include <lamina/sensors/recording_sources.hpp>
 #include <lamina/sensors/rectify.hpp>
@@ -44,8 +45,8 @@ bool is_empty(const bag::Message& scan) {
 class BagRecording final : public Recording {
  public:
   BagRecording(const std::filesystem::path& file, const RecordingOptions& options)
-      : name_(file.string()), options_(options), source_(open(name_)) {
-    if (options.calibration) calibration_ = read_calibration(*options.calibration);
+      : name_(file.string()), options_(options), given_(options.calibration), source_(open(name_)) {
+    given_.apply(calibration_);
     choose_topics();
     read_small_messages();
     place_scanner();
@@ -89,6 +90,7 @@ class BagRecording final : public Recording {
     return {{"odometry", track_.stamps()}};
   }
   std::vector<std::string> remarks() const override { return remarks_; }
+  std::vector<std::string> assumed() const override { return assumed_; }
   std::optional<std::int64_t> size_hint() const override { return expected_; }
 
  private:
@@ -117,6 +119,7 @@ class BagRecording final : public Recording {
 
   std::string name_;
   RecordingOptions options_;
+  CalibrationOverlay given_;
   std::unique_ptr<bag::Source> source_;
   Calibration calibration_;
   std::map<std::string, std::string> chosen_;  // role -> topic
@@ -128,7 +131,7 @@ class BagRecording final : public Recording {
   std::optional<Rectifier> rectifier_;
   ReorderBuffer buffer_;
   SkipCounts skips_;
-  std::vector<std::string> remarks_;
+  std::vector<std::string> remarks_, assumed_;
   std::set<std::string> unplaced_;
   std::int64_t expected_ = 0;
   bool done_ = false;
@@ -248,7 +251,11 @@ void BagRecording::choose_body_frame() {
 void BagRecording::place_scanner(const std::string& frame) {
   if (calibration_.lidar) return;
   calibration_.lidar = LidarModel();
-  calibration_.lidar->T_body_lidar = T_body(frame).value_or(SE3());
+  const bool stated = given_.states("lidar.T_body_lidar");
+  calibration_.lidar->T_body_lidar = stated ? SE3() : T_body(frame).value_or(SE3());
+  given_.apply(*calibration_.lidar);
+  if (!given_.states("lidar.range_sigma"))
+    assumed_.push_back("lidar.range_sigma: " + default_range_sigma());
 }
 
 // By its first scan, as soon as the bag is opened: settings depend on it.
@@ -266,7 +273,8 @@ void BagRecording::place_scanner() {
 std::optional<SE3> BagRecording::T_body(const std::string& frame) {
   if (const auto pose = tree_.lookup(body_frame_, frame_name(frame))) return pose;
   if (unplaced_.insert(frame).second) {
-    remarks_.push_back("no transform to frame '" + frame + "': the body's origin is assumed");
+    remarks_.push_back(tree_.missing_link(body_frame_, frame_name(frame)));
+    assumed_.push_back("sensor of frame '" + frame + "' at the body's origin: " + remarks_.back());
   }
   return std::nullopt;
 }
@@ -337,25 +345,31 @@ const bag::Message* BagRecording::camera_info(const bag::Message& image) const {
 void BagRecording::convert_depth(bag::Message& message, Timestamp stamp) {
   if (!calibration_.depth_camera) {
     const bag::Message* info = camera_info(message);
-    if (!info || !(info->intrinsics[0] > 0) || !(info->intrinsics[1] > 0)) {
+    const bool stated = given_.states("depth_camera.fx") && given_.states("depth_camera.fy");
+    if (!stated && (!info || !(info->intrinsics[0] > 0) || !(info->intrinsics[1] > 0))) {
       throw input_error(name_, "topic " + message.topic, "no camera information",
                         "a sensor_msgs/CameraInfo beside it, or a calibration file");
     }
     CameraModel camera;
     camera.width = message.width;
     camera.height = message.height;
-    camera.fx = info->intrinsics[0];
-    camera.fy = info->intrinsics[1];
-    camera.cx = info->intrinsics[2];
-    camera.cy = info->intrinsics[3];
-    const auto& d = info->distortion;
+    if (info) {
+      camera.fx = info->intrinsics[0];
+      camera.fy = info->intrinsics[1];
+      camera.cx = info->intrinsics[2];
+      camera.cy = info->intrinsics[3];
+    }
+    const auto d = info ? info->distortion : std::vector<double>();
     const bool rectified = message.topic.find("rect") != std::string::npos;
     if (!rectified && d.size() >= 5 && info->distortion_model == "plumb_bob" &&
         std::any_of(d.begin(), d.end(), [](double x) { return x != 0; })) {
       camera.distortion = {d[0], d[1], d[2], d[3], d[4]};
     }
-    camera.T_body_camera = T_body(message.frame).value_or(forward_looking_camera());
+    camera.T_body_camera = given_.states("depth_camera.T_body_camera")
+                               ? SE3()
+                               : T_body(message.frame).value_or(forward_looking_camera());
     calibration_.depth_camera = {camera, kRawPerMetre, DepthNoise::kinect(camera.fx)};
+    given_.apply(*calibration_.depth_camera);
   }
   DepthCamera& camera = *calibration_.depth_camera;
   if (message.width != camera.camera.width || message.height != camera.camera.height) {

@@ -32,4 +32,35 @@ std::optional<SE3> TransformTree::lookup(const std::string& from, const std::str
   return std::nullopt;
 }
 
+std::set<std::string> TransformTree::connected(const std::string& frame) const {
+  std::set<std::string> reached{frame};
+  std::deque<std::string> open{frame};
+  while (!open.empty()) {
+    const auto neighbours = edges_.find(open.front());
+    open.pop_front();
+    if (neighbours == edges_.end()) continue;
+    for (const auto& [next, T] : neighbours->second)
+      if (reached.insert(next).second) open.push_back(next);
+  }
+  return reached;
+}
+
+std::string TransformTree::missing_link(const std::string& from, const std::string& to) const {
+  constexpr std::size_t kMostNames = 4;
+  const auto with = [this](const std::string& frame) {
+    if (frame.empty()) return std::string("a body frame, which nothing names");
+    std::string text = "'" + frame + "' (";
+    std::set<std::string> others = connected(frame);
+    others.erase(frame);
+    if (others.empty()) return text + "alone)";
+    std::size_t named = 0;
+    for (const std::string& other : others) {
+      if (named++ < kMostNames) text += (named > 1 ? ", '" : "with '") + other + "'";
+    }
+    if (named > kMostNames) text += " and " + std::to_string(named - kMostNames) + " more";
+    return text + ")";
+  };
+  return "tf has no link between " + with(from) + " and " + with(to);
+}
+
 }  // namespace lamina

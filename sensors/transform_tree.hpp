@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 
 #include <lamina/models/lie/se3.hpp>
@@ -17,8 +18,12 @@ class TransformTree {
   /// T_from_to along the fewest edges; the identity when the names are equal; nullopt when the
   /// frames are not connected.
   std::optional<SE3> lookup(const std::string& from, const std::string& to) const;
+  /// "tf has no link between 'base_link' (with 'base_footprint') and 'laser' (alone)".
+  std::string missing_link(const std::string& from, const std::string& to) const;
 
  private:
+  std::set<std::string> connected(const std::string& frame) const;
+
   std::map<std::string, std::map<std::string, SE3>> edges_;  // T_outer_inner
 };
 

@@ -121,6 +121,9 @@
   function worries(g) {
     const { planes, data, trajectory: t } = Lamina, out = [], c = counts(), refine = metrics().refine;
     if (data.live && data.live.doing !== 'finished') return ['The map is still growing: figures are those of this moment.'];
+    for (const warning of metrics().warnings || []) out.push(`${warning.text}.`);
+    const assumed = metrics().assumed || [];
+    if (assumed.length) out.push(`Assumed, as nothing states it: ${assumed.join('; ')}.`);
     if (data.metrics && !refine) out.push('The map was not refined as a whole: lamina refine does that.');
     if (refine && refine.status !== 'converged') out.push(`Refinement did not converge (${refine.status.replace(/_/g, ' ')}): the map may still be bent.`);
     if (c.steps_with_tracking_lost) out.push(`Tracking was lost ${count(c.steps_with_tracking_lost, 'time')}, first after ${(c.tracking_lost_after_s ?? 0).toFixed(1)} s: the map may be torn there.`);
