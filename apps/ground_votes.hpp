@@ -30,6 +30,7 @@ class GroundVotes {
 
   /// All that was added (archived io::SeenGround), for sessions, and back.
   const io::Spool& seen() const { return looks_; }
+  io::Spool& seen() { return looks_; }
   void take(const std::vector<io::SeenGround>& seen);
 
  private:

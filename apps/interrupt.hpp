@@ -1,17 +1,47 @@
-// Ctrl-C: finish the frame and write everything; a second one ends at once.
+// Ctrl-C and SIGTERM: stages end early, what stands is written, a second later the program is gone.
 #pragma once
+
+#include <string>
 
 namespace lamina::apps {
 
-/// While one of these lives, SIGINT and SIGTERM only set a flag; the second signal kills.
+/// Thrown where a stage is ended because no time is left for it.
+struct EndedEarly {};
+
+/// What a signal does while one of these lives. Every second signal ends the program at once.
 class InterruptGuard {
  public:
-  InterruptGuard();
+  enum class Kind {
+    /// At once as long as there is nothing to write; then a flag, and the end kGrace later,
+    /// whatever
+    /// is going on by then: files appear whole or not at all, a checkpoint is good at any instant.
+    kWithinASecond,
+    /// A flag alone: a live device was ended, and can not be read again.
+    kEndsReading,
+  };
+  /// s from the first signal to the end.
+  static constexpr double kGrace = 0.85;
+
+  /// `nothing_written`, `cut_short`: the line on stderr where the program is ended before there was
+  /// anything to write, and while it was writing.
+  InterruptGuard(Kind kind, const std::string& nothing_written, const std::string& cut_short);
   ~InterruptGuard();
   InterruptGuard(const InterruptGuard&) = delete;
   InterruptGuard& operator=(const InterruptGuard&) = delete;
-  /// True once a signal has come.
+
+  /// From here on there is something to write.
+  void something_stands();
+  /// All is written: what is left takes no time that matters.
+  void all_is_written();
+  /// A signal came.
   bool interrupted() const;
+  /// A signal came, and the end is near: nothing long is to be begun, what is under way to end.
+  bool ending() const;
+  /// The end is nearer than `reserve` seconds.
+  bool out_of_time(double reserve) const;
+
+ private:
+  Kind kind_;
 };
 
 }  // namespace lamina::apps

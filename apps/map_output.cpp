@@ -24,14 +24,11 @@
 #include <lamina/grid/rasterizer.hpp>
 #include <lamina/io/atomic_file.hpp>
 #include <lamina/io/decimal_seconds.hpp>
-#include <lamina/io/graph_files.hpp>
 #include <lamina/io/grid_files.hpp>
 #include <lamina/io/map_files.hpp>
-#include <lamina/io/ply_files.hpp>
 #include <lamina/io/scan_files.hpp>
 #include <lamina/io/session_archive.hpp>
 #include <lamina/io/terrain_files.hpp>
-#include <lamina/viewer/report.hpp>
 
 namespace lamina::apps {
 
@@ -44,18 +41,6 @@ RasterOptions raster_options(const Settings& settings) {
   options.max_step = settings.robot.max_step;
   options.max_slope = settings.robot.max_slope;
   return options;
-}
-
-// Where the ground falls away: holes, ledges, stairs going down.
-void write_edges(const std::filesystem::path& file, const std::vector<EdgePoint>& edges) {
-  io::write_atomically(file, [&](std::ostream& out) {
-    out << "x,y,z,sigma\n";
-    for (const EdgePoint& edge : edges) {
-      if (!edge.negative) continue;
-      const Eigen::Vector3d& p = edge.position_map;
-      out << fmt::format("{:.4f},{:.4f},{:.4f},{:.4f}\n", p.x(), p.y(), p.z(), edge.sigma);
-    }
-  });
 }
 
 // How much of the floor that was seen is free, and how much open because its heights are not known
@@ -316,64 +301,6 @@ Trajectory MapOutput::at_recorded_stamps(const Trajectory& trajectory) const {
     if (!kept.from_depth) scans.insert(kept.scan.stamp);
   });
   return apps::at_recorded_stamps(trajectory, clocks_, scans);
-}
-
-void MapOutput::write(const Mapper& mapper, bool online) {
-  PlanarMap map = mapper.map();
-  const Trajectory trajectory = online ? mapper.online_trajectory() : mapper.trajectory();
-  const std::vector<EdgePoint> rims = rims_.rims(trajectory, settings_.grid_resolution);
-  map.edges.insert(map.edges.end(), rims.begin(), rims.end());
-  {
-    const auto timer = metrics.time("sights");
-    sights_.withdraw(
-        map, trajectory, settings_.grid_resolution,
-        [this](const auto& take) { for_each_scan(take); }, settings_.threads);
-  }
-  {
-    const auto timer = metrics.time("write");
-    io::write_trajectory(folder_ / "trajectory.txt", at_recorded_stamps(trajectory));
-    remove_what_is_of_another_map();
-    if (!before_.empty())
-      io::write_trajectory(folder_ / "trajectory_before.txt", at_recorded_stamps(before_));
-    io::write_planes_json(folder_ / "planes.json", map.planes);
-    io::write_planes_ply(folder_ / "planes.ply", map.planes);
-    io::write_surfels_ply(folder_ / "surfels.ply", map.surfels);
-    io::write_g2o(folder_ / "graph.g2o", mapper.graph());
-    write_scans(trajectory);
-    window.write(folder_ / "window.csv");
-    if (!map.edges.empty() || metrics.stages.count("obstacles") > 0) {
-      write_edges(folder_ / "edges.csv", map.edges);
-    }
-    io::write_atomically(folder_ / "config.yaml", to_yaml(settings_, true));
-  }
-  write_grids(map, trajectory);
-  metrics.counts["planes"] = static_cast<double>(map.planes.size());
-  metrics.counts["path_m"] = trajectory.length();
-  {
-    const auto timer = metrics.time("write");
-    write_session(mapper, trajectory, online);
-  }
-  note("report.html", "the map to look at: open it in a browser");
-  note("trajectory.txt", fmt::format("{} poses, {:.1f} m", trajectory.size(), trajectory.length()));
-  write_parts(trajectory);
-  if (const auto lost = metrics.counts.find("tracking_lost_after_s");
-      lost != metrics.counts.end()) {
-    note("trajectory.txt", fmt::format("tracking was lost at {:.0f} of {:.0f} steps, first after "
-                                       "{:.3f} s: parts of the map may not fit each other",
-                                       metrics.counts["steps_with_tracking_lost"],
-                                       metrics.counts["steps"], lost->second));
-  }
-  note("planes.json", fmt::format("{} planes", map.planes.size()));
-  note("surfels.ply", fmt::format("{} surfels", map.surfels.size()));
-  note("map.yaml, map.png", "navigability for map_server and nav2");
-  note("occupancy.yaml, occupancy.pgm", fmt::format("from {} scans", scans_.size()));
-  note("session.lamina", "the whole map, for `lamina refine`");
-  note("metrics.json", skipped_text());
-}
-
-void MapOutput::finish() {
-  io::write_metrics(folder_ / "metrics.json", metrics);
-  viewer::write_report(folder_);
 }
 
 }  // namespace lamina::apps

@@ -5,12 +5,15 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <lamina/apps/combined_scan.hpp>
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/ground_votes.hpp>
+#include <lamina/apps/interrupt.hpp>
 #include <lamina/apps/rim_votes.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/apps/sight_votes.hpp>
@@ -48,8 +51,13 @@ class MapOutput {
   void set_recording(const std::string& name) { recording_ = name; }
   /// What corrected the stamps of the map's path: files of poses have the recording's.
   void set_clocks(const ClockOffsets& clocks) { clocks_ = clocks; }
+  /// While a signal ends the run, write() leaves out what there is no time for.
+  void end_with(const InterruptGuard& interrupt);
+  /// Steps that no mapper took any more: trajectory.txt goes on with their own motion.
+  void go_on(std::span<const Step> steps);
   /// Writes every file of the contract but those of finish(); each appears whole or not at all.
-  void write(const Mapper& mapper, bool online);
+  /// Returns false where some were left out, and what an earlier run left of them is removed.
+  bool write(const Mapper& mapper, bool online);
   /// Writes metrics.json and, from all that is there, report.html.
   void finish();
   /// What was written, one line each, for stdout.
@@ -60,7 +68,11 @@ class MapOutput {
   void keep(const io::KeptScan& scan);
   void for_each_scan(const std::function<void(const io::KeptScan&)>& take) const;
   void note(const std::string& file, const std::string& what);
+  void write_path(const Mapper& mapper, const PlanarMap& map, const Trajectory& trajectory);
+  void draw(const Mapper& mapper, PlanarMap& map, const Trajectory& trajectory);
   void write_grids(PlanarMap map, const Trajectory& trajectory);
+  void remove_what_was_not_drawn() const;
+  void note_all(const PlanarMap& map, const Trajectory& trajectory, bool whole);
   void write_parts(const Trajectory& trajectory);
   void remove_what_is_of_another_map() const;
   void write_session(const Mapper& mapper, const Trajectory& trajectory, bool online);
@@ -69,8 +81,10 @@ class MapOutput {
   Settings settings_;
   std::string recording_;
   ClockOffsets clocks_;
-  std::vector<io::SessionPart> parts_;  // of a session that goes on
-  io::Spool scans_;                     // io::KeptScan, for scans.csv and the occupancy grid
+  const InterruptGuard* interrupt_ = nullptr;
+  std::vector<std::pair<Timestamp, SE3>> unmapped_;  // and the motion that led there
+  std::vector<io::SessionPart> parts_;               // of a session that goes on
+  io::Spool scans_;  // io::KeptScan, for scans.csv and the occupancy grid
   RimVotes rims_;
   GroundVotes ground_;
   SightVotes sights_;

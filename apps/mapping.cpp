@@ -8,7 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <stdexcept>
+#include <span>
 
 #include <lamina/apps/calibration.hpp>
 #include <lamina/apps/checkpoint.hpp>
@@ -28,23 +28,29 @@
 #include <lamina/backend/online_upkeep.hpp>
 #include <lamina/backend/refiner.hpp>
 #include <lamina/io/atomic_file.hpp>
+#include <lamina/io/sealed_file.hpp>
 #include <lamina/models/error.hpp>
 #include <lamina/sensors/recording.hpp>
+#include <lamina/sensors/text.hpp>
 
 namespace lamina::apps {
 namespace {
 
+// s before the end, for what is written after a signal.
+constexpr double kForWriting = 0.6;
+
 void refine(Mapper& mapper, MapOutput& output, const std::function<bool()>& ended) {
   const Trajectory before = mapper.trajectory();
   const RefineResult result = mapper.refine({}, [&](const RefineProgress&) { return !ended(); });
-  {
+  if (!ended()) {
     const auto timer = output.metrics.time("covariances");
     mapper.know_covariances();
   }
   output.set_refinement(result, before, mapper.trajectory());
   // Nothing to solve is no plane, too: that is said once.
-  if (result.status != SolveStatus::kConverged && result.status != SolveStatus::kNothingToSolve)
-    spdlog::warn("refinement: {}", to_string(result.status));
+  const bool solved =
+      result.status == SolveStatus::kConverged || result.status == SolveStatus::kNothingToSolve;
+  if (!solved && !ended()) spdlog::warn("refinement: {}", to_string(result.status));
 }
 
 // The online line: each step is mapped as it comes.
@@ -74,6 +80,12 @@ void level(Mapper& mapper) {
   mapper.move(levelled_pose(T_first_map * floor->plane_map) * T_first_map);
 }
 
+// Scans from before it was found what their largest range is.
+void correct_range_max(std::vector<Step>& steps, const RangeCheck& check) {
+  for (Step& step : steps)
+    if (step.scan) step.scan->range_max = check.range_max(*step.scan);
+}
+
 bool images_alone(const std::vector<Step>& steps) {
   return std::none_of(steps.begin(), steps.end(), [](const Step& s) { return s.scan.has_value(); });
 }
@@ -98,7 +110,9 @@ Mapper map_offline(Run& run) {
     steps.push_back(std::move(entry.step));
     return std::int64_t{0};
   });
-  if (settings.close_loops) gather(run.closer.finish());
+  correct_range_max(steps, run.front_end.range_check());
+  const auto ended = [&] { return run.interrupt.ending(); };
+  if (settings.close_loops && !ended()) gather(run.closer.finish());
   const bool levelled =
       run.front_end.levelled_by_image() ||
       (images_alone(steps) && !run.front_end.met_odometry() && begin_levelled(steps));
@@ -113,23 +127,20 @@ Mapper map_offline(Run& run) {
   }
   MountingDoubt doubt(settings);
   for (const Step& step : steps) doubt.met(step, run.front_end.met_wheels());  // as stated
-  if (settings.calibrate_mountings)
+  if (settings.calibrate_mountings && !ended())
     doubt.hear(correct_mountings(steps, loops, run.front_end.met_wheels(), output.metrics));
-  // Where reading was ended, what was read is mapped all the same.
-  const bool ended_before = run.interrupt.interrupted();
-  const auto ended = [&] { return run.interrupt.interrupted() && !ended_before; };
   const bool wheels = run.front_end.met_wheels();
-  if (settings.calibrate_wheels && wheels) {
+  if (settings.calibrate_wheels && wheels && !ended()) {
     const auto sigmas =
         correct_wheels(steps, options, settings.calibrate_mountings, output.metrics, ended);
     if (sigmas) output.wheel_path.know(*sigmas);
   }
-  if (run.open_again && settings.images_beside_wheels && run.front_end.met_odometry()) {
+  if (run.open_again && settings.images_beside_wheels && run.front_end.met_odometry() && !ended()) {
     doubt.hear(correct_motions_by_images(run.open_again, run.front_end.depth_distortion(), steps,
                                          settings.calibrate_mountings && wheels, output.metrics,
                                          ended));
   }
-  if (run.open_again && settings.follow_slopes && run.front_end.slopes_seen() > 0)
+  if (run.open_again && settings.follow_slopes && run.front_end.slopes_seen() > 0 && !ended())
     options.window_trusts_tilt = !lift_off_plane(run.open_again, run.front_end.depth_distortion(),
                                                  steps, output.metrics, ended);
   Mapper mapper(options);
@@ -137,7 +148,7 @@ Mapper map_offline(Run& run) {
   Progress progress(static_cast<std::int64_t>(steps.size()), run.quiet);
   std::int64_t mapped = 0;
   for (const Step& step : steps) {
-    if (ended()) break;
+    if (mapped > 0 && run.interrupt.out_of_time(kForWriting)) break;
     map_step(step, mapper, run.closer, book, output);
     progress.update(++mapped, plane_count(mapper));
     if (!run.live) continue;
@@ -145,9 +156,10 @@ Mapper map_offline(Run& run) {
     run.live->mapped(step, mapper, output.metrics);
   }
   progress.finish();
+  output.go_on(std::span(steps).subspan(static_cast<std::size_t>(mapped)));
   output.metrics.counts["scan_loops"] = book.hand_over(loops, mapper);
   if (run.live) run.live->refining(mapper, output.metrics);
-  refine(mapper, output, ended);
+  if (!ended()) refine(mapper, output, ended);
   if (levelled) level(mapper);
   doubt.tell(mapper, output.metrics);
   return mapper;
@@ -186,7 +198,7 @@ Mapper map_online(Run& run) {
     return plane_count(mapper);
   });
   // The map that is left behind: what the last places told of it, too.
-  {
+  if (!run.interrupt.ending()) {
     const auto timer = output.metrics.time("refine");
     upkeep.refine(mapper);
   }
@@ -208,6 +220,12 @@ std::string extent_of(const std::filesystem::path& input) {
   return fmt::format("{} files, {} bytes", files, bytes);
 }
 
+// "none", or what tells a file's content from another's.
+std::string content_of(const std::optional<std::filesystem::path>& file) {
+  if (!file) return "none";
+  return fmt::format("{:016x}", io::checksum(read_file_bytes(*file)));
+}
+
 // What a checkpoint must have in common with the run that goes on from it; what changes no result
 // is left out.
 std::string identity(const MapRequest& request, Settings settings) {
@@ -215,7 +233,37 @@ std::string identity(const MapRequest& request, Settings settings) {
   settings.checkpoint_interval = 30;
   return "input: " + std::filesystem::weakly_canonical(request.input).string() +
          "\nrecording: " + extent_of(request.input) +
+         "\ncalibration: " + content_of(request.calibration) +
          "\nmode: " + (request.online ? "online" : "offline") + "\n" + to_yaml(settings, false);
+}
+
+// What signals do, and what is said where they leave no time to write.
+InterruptGuard guard(const MapRequest& request, bool live) {
+  const std::string again = request.resume ? "the same command" : "the same command with --resume";
+  return {live ? InterruptGuard::Kind::kEndsReading : InterruptGuard::Kind::kWithinASecond,
+          "warning: interrupted before there was a map: nothing was written" +
+              std::string(request.resume ? ", the checkpoint is as it was" : ""),
+          "warning: interrupted: there was no time to write the map; " + again +
+              " goes on from the last checkpoint"};
+}
+
+// What nobody stated, said once.
+void note_assumed(const Recording& recording, io::Metrics& metrics) {
+  metrics.assumed = recording.assumed();
+  if (metrics.assumed.empty()) return;
+  spdlog::info("assumed, as nothing states it: {} (--calibration FILE states it)",
+               fmt::join(metrics.assumed, "; "));
+}
+
+// Where a signal ended the run.
+void warn_of_end(const Recording& recording, io::Metrics& metrics) {
+  const double read = metrics.counts["measurements"];
+  const std::string all =
+      recording.size_hint() ? fmt::format(" of {}", *recording.size_hint()) : std::string();
+  metrics.warn("interrupted",
+               fmt::format("interrupted: the map is partial ({:.0f}{} measurements were read); the "
+                           "same command with --resume goes on from the checkpoint",
+                           read, all));
 }
 
 // What makes the result doubtful, by the reader first: causes before consequences.
@@ -261,8 +309,11 @@ Settings settings_of(const MapRequest& request, const Calibration* sensors) {
 
 int run_map(const MapRequest& request) {
   set_up_log(request.quiet);
+  const bool live = request.input.rfind("openni:", 0) == 0;
+  InterruptGuard interrupt = guard(request, live);
   RecordingOptions options;
   options.topics = chosen_topics(settings_of(request));
+  options.calibration = request.calibration;
   auto recording = open_recording(request.input, options);
   const Calibration sensors = recording->calibration();
   const Settings settings = settings_of(request, &sensors);
@@ -271,7 +322,7 @@ int run_map(const MapRequest& request) {
   MapOutput output(request.output, settings);
   output.set_recording(request.input);
   FrontEnd front_end(settings, sensors);
-  const bool live = request.input.rfind("openni:", 0) == 0;
+  output.end_with(interrupt);
   if (request.online && settings.follow_slopes) front_end.follow_slopes();
   if (request.online && settings.images_beside_wheels) front_end.ask_images_beside_wheels();
   if (live && request.resume) {
@@ -279,27 +330,30 @@ int run_map(const MapRequest& request) {
   }
   Checkpoint checkpoint(request.output, identity(request, settings), settings.checkpoint_interval);
   if (request.resume) checkpoint.require_same_run();
-  Run run{recording,      front_end,     settings,      output, live ? nullptr : &checkpoint,
-          request.resume, request.quiet, request.online};
+  Run run{recording, front_end,      settings,      output,        live ? nullptr : &checkpoint,
+          interrupt, request.resume, request.quiet, request.online};
   run.closer.keep_submaps_in(output.folder());
   std::optional<LivePage> page;
   if (request.live) {
     run.live = &page.emplace(*request.live, request.input);
     fmt::print(stderr, "live map: {}\n", page->url());
   }
+  note_assumed(*recording, output.metrics);
   ClockOffsets clocks{-settings.scanner_delay, -settings.camera_delay, -settings.odometry_delay};
   const OpenReclocked open_reclocked = [&](const ClockOffsets& offsets) {
+    ++output.metrics.readings;
     auto source = open_recording(request.input, options);
     if (!offsets.any()) return source;
     return std::unique_ptr<Recording>(
         std::make_unique<ReclockedRecording>(std::move(source), offsets));
   };
+  output.metrics.readings = 1;
   if (!live) run.open_again = [&] { return open_reclocked(clocks); };
   if (!live && clocks.any()) {
     recording.reset();
     recording = run.open_again();
   }
-  const auto ended = [&] { return run.interrupt.interrupted(); };
+  const auto ended = [&] { return interrupt.interrupted(); };
   const bool offline = !request.online && !live;
   if (!offline && settings.find_sweep && settings.sweep == 0) front_end.watch_for_sweep();
   if (offline)
@@ -308,9 +362,7 @@ int run_map(const MapRequest& request) {
   const Mapper mapper = request.online ? map_online(run) : map_offline(run);
   output.add_skipped(recording->skipped());
   output.add_skipped(front_end.skipped());
-  const bool interrupted = run.interrupt.interrupted();
-  if (mapper.trajectory().empty() && interrupted)
-    throw std::runtime_error("interrupted before the first pose: nothing was written");
+  bool partial = interrupt.ending();
   if (mapper.trajectory().empty()) {
     throw Error(request.input + ": found no scan and no depth frame that could be used (" +
                 output.skipped_text() + "), expected at least one");
@@ -319,14 +371,16 @@ int run_map(const MapRequest& request) {
   output.metrics.counts["checkpoints"] = static_cast<double>(checkpoint.saves());
   if (front_end.met_wheels()) output.wheel_path.tell(front_end.wheel_errors_left(), output.metrics);
   front_end.tell_scanner_noise(output.metrics);
-  output.write(mapper, request.online);
+  partial = !output.write(mapper, request.online) || partial;
+  if (partial) warn_of_end(*recording, output.metrics);
   warn_of_result(request.input, *recording, front_end, output.metrics);
   output.finish();
-  if (!live && !interrupted) checkpoint.finish();
+  if (!live && !partial) checkpoint.finish();
+  interrupt.all_is_written();
   if (page) page->finished(request.output);
   fmt::print("{}", output.summary());
   const std::vector<Warning>& warnings = output.metrics.warnings;
-  if (output.metrics.counts["planes"] == 0 && !interrupted) {
+  if (output.metrics.counts["planes"] == 0 && !partial && !interrupt.interrupted()) {
     throw Error(fmt::format(
         "{}: found no plane in {:.0f} frames and scans ({}{}), expected walls or floor that "
         "several of them see; the files written hold none",

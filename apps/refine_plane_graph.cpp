@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numeric>
 
+#include <lamina/apps/interrupt.hpp>
 #include <lamina/backend/plane_graph_solve.hpp>
 #include <lamina/backend/window_plane_graph.hpp>
 #include <lamina/io/atomic_file.hpp>
@@ -34,7 +35,11 @@ double position_rms(const std::vector<SE3>& poses, const std::vector<SE3>& truth
 }
 
 int solve_offline(const PlaneGraph& problem, const std::filesystem::path& output) {
-  const PlaneGraphResult result = solve_plane_graph(problem);
+  InterruptGuard interrupt(InterruptGuard::Kind::kWithinASecond, "",
+                           "warning: interrupted: there was no time to write the poses");
+  interrupt.something_stands();
+  const PlaneGraphResult result = solve_plane_graph(
+      problem, {}, [&interrupt](const RefineProgress&) { return !interrupt.ending(); });
   std::vector<SE3> poses;
   for (const Keyframe& keyframe : result.graph.keyframes) poses.push_back(keyframe.T_map_body);
   write_poses(output, poses);

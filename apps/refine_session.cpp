@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 
+#include <lamina/apps/interrupt.hpp>
 #include <lamina/apps/map_output.hpp>
 #include <lamina/apps/mapping.hpp>
 #include <lamina/backend/map_overlap.hpp>
@@ -199,6 +200,10 @@ Settings settings_in(const io::Session& session, const Path& file) {
 
 int refine_sessions(const std::vector<Path>& inputs, const Path& output_folder, bool quiet) {
   set_up_log(quiet);
+  InterruptGuard interrupt(InterruptGuard::Kind::kWithinASecond,
+                           "warning: interrupted: nothing was written, the maps are as they were",
+                           "warning: interrupted: there was no time to write the map; the maps it "
+                           "was made from are as they were");
   io::Session session = io::read_session(session_file(inputs.front()));
   const Settings settings = settings_in(session, inputs.front());
   const std::vector<Joined> joined = join_all(session, inputs);
@@ -206,16 +211,29 @@ int refine_sessions(const std::vector<Path>& inputs, const Path& output_folder, 
   MapOutput output(output_folder, settings);
   output.take(session);
   Mapper mapper(settings.mapper, std::move(session.map));
+  output.end_with(interrupt);
   const Trajectory before = mapper.trajectory();
-  const RefineResult result = mapper.refine();
-  for (const Joined& j : joined) require_held(j, mapper.graph());
-  mapper.know_covariances();
+  interrupt.something_stands();
+  const RefineResult result =
+      mapper.refine({}, [&](const RefineProgress&) { return !interrupt.ending(); });
+  bool partial = interrupt.ending();
+  if (!partial) {
+    for (const Joined& j : joined) require_held(j, mapper.graph());
+    mapper.know_covariances();
+  }
   output.set_refinement(result, before, mapper.trajectory());
-  if (result.status != SolveStatus::kConverged) {
+  if (!partial && result.status != SolveStatus::kConverged) {
     spdlog::warn("refinement: {}", to_string(result.status));
   }
-  output.write(mapper, false);
+  partial = !output.write(mapper, false) || partial;
+  if (partial) {
+    output.metrics.warn("interrupted",
+                        "interrupted: the map is refined and drawn in part; the "
+                        "same command begins anew");
+    spdlog::warn(output.metrics.warnings.back().text);
+  }
   output.finish();
+  interrupt.all_is_written();
   fmt::print("{}", output.summary());
   return 0;
 }

@@ -28,6 +28,7 @@ class RimVotes {
 
   /// All that was added (archived io::SeenRims), for sessions, and back.
   const io::Spool& seen() const { return views_; }
+  io::Spool& seen() { return views_; }
   void take(const std::vector<io::SeenRims>& seen);
 
  private:

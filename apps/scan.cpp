@@ -6,6 +6,7 @@
 #include <ostream>
 
 #include <lamina/apps/combined_scan.hpp>
+#include <lamina/apps/interrupt.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/apps/verbs.hpp>
 #include <lamina/apps/wheel_track.hpp>
@@ -21,6 +22,7 @@ namespace {
 
 struct Converted {
   std::int64_t frames = 0, lidar_scans = 0, without_floor = 0, negative_beams = 0;
+  bool whole = true;
 };
 
 void write_causes(std::ostream& out, const ObstacleScan& scan) {
@@ -37,8 +39,8 @@ std::optional<DepthFrame> depth_of(const Measurement& measurement) {
   return std::nullopt;
 }
 
-Converted convert(Recording& recording, const Settings& settings, std::ostream& scans,
-                  std::ostream& causes) {
+Converted convert(Recording& recording, const Settings& settings, InterruptGuard& interrupt,
+                  std::ostream& scans, std::ostream& causes) {
   FloorFrontend floor_front_end(settings.floor);
   ObstacleScanner scanner(scan_options(settings));
   CombinedScan combined;
@@ -48,6 +50,10 @@ Converted convert(Recording& recording, const Settings& settings, std::ostream& 
   io::write_scan_header(scans);
   causes << "# timestamp, then cause and sigma (m) of each beam\n";
   while (const auto measurement = recording.next()) {
+    if (interrupt.interrupted()) {
+      counts.whole = false;
+      break;
+    }
     if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
     if (const auto* lidar = std::get_if<LaserScan>(&*measurement)) {
       io::write_scan(scans, combined.add(*lidar, CombinedScan::Kind::kLidar, place(lidar->stamp)));
@@ -62,6 +68,7 @@ Converted convert(Recording& recording, const Settings& settings, std::ostream& 
     io::write_scan(scans, combined.add(line, CombinedScan::Kind::kDepth, place(frame->stamp)));
     write_causes(causes, scan);
     ++counts.frames;
+    interrupt.something_stands();
     counts.without_floor += floor.status != FloorStatus::kFound;
     for (const BeamCause cause : scan.cause) counts.negative_beams += is_negative(cause);
   }
@@ -80,7 +87,8 @@ void require_used(const std::string& assignment) {
 }
 
 int scan(const std::string& input, const std::filesystem::path& output,
-         const std::vector<std::string>& assignments) {
+         const std::vector<std::string>& assignments,
+         const std::optional<std::filesystem::path>& calibration) {
   Settings settings;
   for (const auto& assignment : assignments) {
     set_assignment(settings, assignment);
@@ -89,8 +97,12 @@ int scan(const std::string& input, const std::filesystem::path& output,
   if (const auto wrong = problems(settings); !wrong.empty()) {
     throw Error("settings: " + wrong.front());
   }
+  InterruptGuard interrupt(InterruptGuard::Kind::kWithinASecond,
+                           "warning: interrupted before the first scan: nothing was written",
+                           "warning: interrupted: there was no time to write the scans");
   RecordingOptions options;
   options.topics = chosen_topics(settings);
+  options.calibration = calibration;
   const auto recording = open_recording(input, options);
   std::filesystem::path causes_file = output;
   causes_file.replace_filename(output.stem().string() + "_causes.csv");
@@ -107,12 +119,15 @@ int scan(const std::string& input, const std::filesystem::path& output,
   Converted counts;
   io::write_atomically(output, [&](std::ostream& scans) {
     io::write_atomically(causes_file, [&](std::ostream& causes) {
-      counts = convert(*recording, settings, scans, causes);
+      counts = convert(*recording, settings, interrupt, scans, causes);
       if (counts.frames == 0) {
         throw Error(input + ": found no depth image and no stereo pair, expected at least one");
       }
     });
   });
+  if (!counts.whole)
+    fmt::print(stderr, "warning: interrupted: {} holds the recording's first {} images alone\n",
+               output.string(), counts.frames);
   fmt::print(
       "{}: {} scans of depth, {} without a floor, {} beams that end at a hole or ledge; {} lidar "
       "scans\n",
@@ -134,7 +149,10 @@ Verb scan_verb() {
         app.add_option("-o,--output", *output, "FILE.csv; causes and sigmas go to FILE_causes.csv")
             ->required();
         app.add_option("--set", *assignments, "key=value, as often as needed")->take_all();
-        return [=]() { return scan(*input, *output, *assignments); };
+        auto calibration = std::make_shared<std::optional<std::filesystem::path>>();
+        app.add_option("--calibration", *calibration,
+                       "YAML file of sensors: what it states replaces what INPUT says");
+        return [=]() { return scan(*input, *output, *assignments, *calibration); };
       }};
 }
 

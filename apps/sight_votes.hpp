@@ -33,6 +33,7 @@ class SightVotes {
 
   /// All that was added (archived io::SeenDepth), for sessions, and back.
   const io::Spool& seen() const { return looks_; }
+  io::Spool& seen() { return looks_; }
   void take(const std::vector<io::SeenDepth>& seen);
 
  private:

@@ -61,7 +61,9 @@ int simulate(const SimulateOptions& o) {
   }
   require_scene(o.scene);
   sim::World world = sim::load_scene(o.scene, parameters_of(o.assignments));
-  const InterruptGuard interrupt;
+  InterruptGuard interrupt(InterruptGuard::Kind::kWithinASecond,
+                           "warning: interrupted before the first measurement",
+                           "warning: interrupted: " + o.output + " is no whole recording");
   std::optional<Progress> progress;
   sim::DatasetOptions options;
   options.seed = o.seed;
@@ -70,10 +72,14 @@ int simulate(const SimulateOptions& o) {
   options.progress = [&](std::int64_t done, std::int64_t all) {
     if (!progress) progress.emplace(all, o.quiet);
     progress->update(done, 0);
+    interrupt.something_stands();
     return !interrupt.interrupted();
   };
   const sim::DatasetCounts counts = sim::write_dataset(std::move(world), o.output, options);
   if (progress) progress->finish();
+  if (interrupt.interrupted())
+    fmt::print(stderr, "warning: interrupted: {} ends early\n", o.output);
+  interrupt.all_is_written();
   fmt::print("{}: {} depth frames, {} stereo pairs, {} scans, {} odometry poses\n", o.output,
              counts.depth_frames, counts.stereo_pairs, counts.scans, counts.odometry);
   return kDone;

@@ -33,13 +33,15 @@ LoopCloserOptions loop_options(const Settings& settings, bool online) {
   return options;
 }
 
-void for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& take) {
+bool for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& take) {
   std::int64_t done = 0, planes = 0, skip = 0;
+  bool whole = true;
   if (run.checkpoint && run.resume) {
     skip = run.checkpoint->resume(run.front_end, run.closer,
                                   [&](JournalEntry&& entry) { planes = take(std::move(entry)); });
     if (skip > 0) spdlog::info("resumed after {} measurements", skip);
-    if (skip == 0) spdlog::info("no checkpoint to go on from: begun anew");
+    if (skip == 0) spdlog::info("no checkpoint yet, starting from the beginning");
+    if (skip > 0) run.interrupt.something_stands();
   } else if (run.checkpoint) {
     run.checkpoint->begin();
   }
@@ -49,6 +51,7 @@ void for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& 
       if (one.closing_ms) metrics.stages["loops"].add(*one.closing_ms);
       if (run.checkpoint) run.checkpoint->add(one.step, one.loops);
       planes = take({std::move(one.step), std::move(one.loops)});
+      run.interrupt.something_stands();
     }
   };
   // Online, a step's loops must be there before the next: the closer stays in line.
@@ -78,15 +81,18 @@ void for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& 
     progress.update(done, planes);
     if (run.live) run.live->progress(done, run.recording->size_hint());
     if (run.interrupt.interrupted()) {
-      spdlog::warn("interrupted: writing what is there");
+      whole = false;
       break;
     }
   }
   hand_on(worker.drain());
+  if (run.checkpoint) run.checkpoint->save(run.front_end, run.closer);
   worker.stop();
   reader.stop();
   progress.finish();
   metrics.stages["decode"] = reader.decode_times();
+  metrics.counts["measurements"] = static_cast<double>(done);
+  return whole;
 }
 
 }  // namespace lamina::apps

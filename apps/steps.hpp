@@ -25,17 +25,18 @@ struct Run {
   const Settings& settings;
   MapOutput& output;
   Checkpoint* checkpoint;  // null: live, nothing to go on from
+  InterruptGuard& interrupt;
   bool resume = false, quiet = false, online = false;
   LivePage* live = nullptr;  // null: nobody looks on
   /// The recording from its beginning; empty: live.
   std::function<std::unique_ptr<Recording>()> open_again{};
   LoopCloser closer{loop_options(settings, online)};
-  InterruptGuard interrupt{};  // Ctrl-C from here on: end early, write all
 };
 
 /// Reads everything; `take` gets each step with the loops its scan closed and returns how many
-/// planes there are now. Goes on from a checkpoint when asked to; ends early on Ctrl-C. Offline and
-/// with two threads, loops are closed beside the front-end.
-void for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& take);
+/// planes there are now. Goes on from a checkpoint when asked to, and leaves one of all that was
+/// read; ends early on Ctrl-C. Offline and with two threads, loops are closed beside the front-end.
+/// Returns false where it was ended early.
+bool for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& take);
 
 }  // namespace lamina::apps

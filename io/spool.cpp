@@ -51,15 +51,19 @@ void Spool::flush() {
 
 void Spool::for_each(const std::function<void(std::string_view)>& take) const {
   std::string bytes;
+  const auto each = [this, &take](std::string_view item) {
+    if (before_each_) before_each_();
+    take(item);
+  };
   const std::uint64_t size = file_ ? file_->size() : 0;
   for (std::uint64_t at = 0; at < size;) {
     const std::string block = file_->read(at, std::min<std::uint64_t>(kBlock, size - at));
     at += block.size();
     bytes += block;
-    take_items(bytes, take);
+    take_items(bytes, each);
   }
   bytes += pending_;
-  take_items(bytes, take);
+  take_items(bytes, each);
   LAMINA_CHECK(bytes.empty());
 }
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include <lamina/models/unnamed_file.hpp>
 
@@ -24,6 +25,8 @@ class Spool {
   void clear();
   /// Every item, first to last. Throws lamina::Error when reading fails.
   void for_each(const std::function<void(std::string_view)>& take) const;
+  /// Called before each item of for_each(); what it throws ends that.
+  void before_each(std::function<void()> call) { before_each_ = std::move(call); }
 
  private:
   void flush();
@@ -31,6 +34,7 @@ class Spool {
   std::optional<UnnamedFile> file_;
   std::string pending_;  // the list's end, not in the file yet
   std::uint64_t count_ = 0;
+  std::function<void()> before_each_;
 };
 
 }  // namespace lamina::io
