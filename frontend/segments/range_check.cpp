@@ -20,7 +20,7 @@ constexpr std::size_t kFirstBins = 3;
 // Of codes: a sector so wide in which ranges differ by so little; a flat wall's differ by 0.9 % of
 // the range over 15 degrees. Scans that must have one.
 constexpr double kSector = 0.26, kFlat = 0.003;  // rad, share of the range
-constexpr std::int64_t kFewestSectors = 10;
+constexpr std::int64_t kFewestSectors = 5;
 // Of a reach above range_max: the share of all returns that lie beyond.
 constexpr double kManyBeyond = 0.1;
 

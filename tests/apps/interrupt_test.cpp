@@ -50,11 +50,13 @@ std::vector<std::string> map_command(const Path& map, const std::string& mode) {
 
 // Every file of an interrupted map is whole.
 void expect_usable(const Path& map) {
-  if (std::filesystem::exists(map / "trajectory.txt"))
+  if (std::filesystem::exists(map / "trajectory.txt")) {
     EXPECT_GE(Trajectory::read_tum(map / "trajectory.txt").size(), 1u);
+  }
   for (const char* file : {"planes.json", "metrics.json"}) {
-    if (std::filesystem::exists(map / file))
+    if (std::filesystem::exists(map / file)) {
       EXPECT_TRUE(nlohmann::json::accept(text_of(map / file))) << file;
+    }
   }
 }
 
@@ -81,8 +83,9 @@ void interrupt_at_random(const std::string& mode, unsigned seed, int times) {
         interrupt(start(map_command(map, mode), log), after, k % 2 == 0 ? SIGTERM : SIGINT);
     EXPECT_LT(ended.took, kBar + kLate);
     expect_usable(map);
-    if (ended.by_signal && ended.code == 0 && std::filesystem::exists(map / ".checkpoint"))
+    if (ended.by_signal && ended.code == 0 && std::filesystem::exists(map / ".checkpoint")) {
       EXPECT_THAT(text_of(log), HasSubstr("the map is partial"));
+    }
     auto again = map_command(map, mode);
     again.push_back("--resume");
     ASSERT_EQ(run(again, log), 0) << text_of(log);
@@ -99,8 +102,12 @@ TEST(Interrupt, ScansThatWereMadeAreKept) {
   const Path file = scratch() / "cut.csv", log = scratch() / "scan.log";
   const Ended ended = interrupt(start({"scan", room(1), "--output", file}, log), 0.6, SIGTERM);
   EXPECT_LT(ended.took, kBar + kLate);
-  if (ended.code == 0) EXPECT_THAT(text_of(file), HasSubstr("timestamp"));
-  if (ended.code != 0) EXPECT_THAT(text_of(log), HasSubstr("nothing was written"));
+  if (ended.code == 0) {
+    EXPECT_THAT(text_of(file), HasSubstr("timestamp"));
+  }
+  if (ended.code != 0) {
+    EXPECT_THAT(text_of(log), HasSubstr("nothing was written"));
+  }
 }
 
 TEST(Interrupt, RefinementEnds) {
@@ -114,7 +121,9 @@ TEST(Interrupt, ASimulatedRecordingEndsEarly) {
   const Path folder = scratch() / "cut_room", log = scratch() / "simulate.log";
   const Ended ended = interrupt(start({"simulate", "room", "--output", folder}, log), 0.8, SIGINT);
   EXPECT_LT(ended.took, kBar + kLate);
-  if (ended.code == 0) EXPECT_EQ(run({"info", folder}), 0);
+  if (ended.code == 0) {
+    EXPECT_EQ(run({"info", folder}), 0);
+  }
 }
 
 TEST(Interrupt, ASecondSignalEndsAtOnce) {

@@ -49,7 +49,9 @@ TEST(FrontendDraws, StairsSeenFromKneeHeight) {
     if (!frame) continue;
     const ObstacleScan scan = scanner.process(*frame, frontend.process(*frame));
     for (std::size_t i = 0; i < scan.size(); ++i) {
-      if (scan.cause[i] != BeamCause::kNone) EXPECT_GE(scan.range[i], 0);
+      if (scan.cause[i] != BeamCause::kNone) {
+        EXPECT_GE(scan.range[i], 0);
+      }
     }
     break;
   }
