@@ -11,7 +11,7 @@ namespace lamina {
 namespace {
 
 constexpr double kFirst = 0.5, kWider = 1.05;         // m, and from bin to bin
-constexpr std::int64_t kScans = 500, kAskEvery = 25;  // scans
+constexpr std::int64_t kScans = 500, kAskEvery = 5;  // scans
 // Of chance: returns that must have been seen; shares that stand out (cluttered rooms have up to
 // 0.1, chance 0.5 to 0.65).
 constexpr std::int64_t kFewestBefore = 1000, kFewest = 300;
