@@ -78,8 +78,8 @@ TEST(CalibrationOverlay, NothingGivenChangesNothing) {
 }
 
 TEST(CalibrationOverlay, MistakesAreSaidWhateverTheRecordingHolds) {
-  EXPECT_THAT(message("lidar: {range_sigm: 0.03}\n"), HasSubstr("such as 'range_sigma'"));
-  EXPECT_THAT(message("lidra: {range_sigma: 0.03}\n"), HasSubstr("such as 'lidar'"));
+  EXPECT_THAT(message("lidar: {range_sigm: 0.03}\n"), HasSubstr("did you mean 'range_sigma'"));
+  EXPECT_THAT(message("lidra: {range_sigma: 0.03}\n"), HasSubstr("did you mean 'lidar'"));
   EXPECT_THAT(message("stereo_camera: {baseline: -1}\n"), HasSubstr("a baseline above 0"));
   EXPECT_THAT(message("depth_camera: {fx: 0}\n"), HasSubstr("a focal length above 0"));
 }
