@@ -7,6 +7,7 @@
 #include <lamina/apps/calibration.hpp>
 #include <lamina/apps/depth_calibration.hpp>
 #include <lamina/apps/depth_slopes.hpp>
+#include <lamina/apps/scanner_calibration.hpp>
 #include <lamina/apps/start_calibration.hpp>
 
 namespace lamina::apps {
@@ -46,6 +47,14 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
     input.recording.reset();
     input.recording = input.open_again();
   };
+  const bool scanner = input.recording->calibration().lidar.has_value();
+  if (scanner && planar)
+    look("scanner_check", [&](Recording& all) {
+      const auto found = check_scanner(all, settings, input.ended);
+      if (!found) return;
+      report_scanner(*found, all.calibration(), settings.calibrate_mountings, metrics);
+      if (settings.calibrate_mountings) input.scanner = found->correction;
+    });
   if (settings.calibrate_depth && depth) {
     look("depth_calibration", [&](Recording& all) {
       const SE3 T_body_camera = all.calibration().depth_camera->camera.T_body_camera;

@@ -9,6 +9,7 @@
 #include <lamina/apps/settings.hpp>
 #include <lamina/io/metrics.hpp>
 #include <lamina/sensors/recording.hpp>
+#include <lamina/sensors/scan_correction.hpp>
 
 namespace lamina::apps {
 
@@ -18,7 +19,8 @@ struct Rereadable {
   std::unique_ptr<Recording>& recording;
   const std::function<std::unique_ptr<Recording>()>& open_again;  ///< its clocks corrected
   const OpenReclocked& open_reclocked;
-  ClockOffsets& clocks;  ///< to be corrected
+  ClockOffsets& clocks;     ///< to be corrected
+  ScanCorrection& scanner;  ///< likewise; what it holds is in what is opened from then on
   const Settings& settings;
   io::Metrics& metrics;
   std::function<bool()> ended;

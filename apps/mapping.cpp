@@ -23,6 +23,7 @@
 #include <lamina/apps/mounting_doubt.hpp>
 #include <lamina/apps/preset.hpp>
 #include <lamina/apps/progress.hpp>
+#include <lamina/apps/scanner_calibration.hpp>
 #include <lamina/apps/steps.hpp>
 #include <lamina/backend/mapper.hpp>
 #include <lamina/backend/online_upkeep.hpp>
@@ -30,6 +31,7 @@
 #include <lamina/io/atomic_file.hpp>
 #include <lamina/io/sealed_file.hpp>
 #include <lamina/models/error.hpp>
+#include <lamina/sensors/corrected_recording.hpp>
 #include <lamina/sensors/recording.hpp>
 #include <lamina/sensors/text.hpp>
 
@@ -276,6 +278,14 @@ void warn_of_result(const std::string& input, const Recording& recording, const 
   warn(doubts(input, front_end, metrics));
 }
 
+// Online nothing is known of a scanner before the robot has driven: what a first look would have
+// corrected is said at the end.
+void warn_of_scanner(Recording& again, const Settings& settings, const std::function<bool()>& ended,
+                     io::Metrics& metrics) {
+  if (const auto found = check_scanner(again, settings, ended))
+    report_scanner(*found, again.calibration(), false, metrics);
+}
+
 }  // namespace
 
 void set_up_log(bool quiet) {
@@ -314,9 +324,16 @@ int run_map(const MapRequest& request) {
   RecordingOptions options;
   options.topics = chosen_topics(settings_of(request));
   options.calibration = request.calibration;
-  auto recording = open_recording(request.input, options);
+  ScanCorrection scanner;
+  double max_tilt = Settings().scan_odometry.max_tilt;
+  const auto open = [&]() -> std::unique_ptr<Recording> {
+    return std::make_unique<CorrectedRecording>(open_recording(request.input, options), scanner,
+                                                max_tilt);
+  };
+  std::unique_ptr<Recording> recording = open();
   const Calibration sensors = recording->calibration();
   const Settings settings = settings_of(request, &sensors);
+  max_tilt = settings.scan_odometry.max_tilt;
   spdlog::info("preset {}", settings.preset);
   io::make_results_folder(request.output);
   MapOutput output(request.output, settings);
@@ -342,7 +359,7 @@ int run_map(const MapRequest& request) {
   ClockOffsets clocks{-settings.scanner_delay, -settings.camera_delay, -settings.odometry_delay};
   const OpenReclocked open_reclocked = [&](const ClockOffsets& offsets) {
     ++output.metrics.readings;
-    auto source = open_recording(request.input, options);
+    auto source = open();
     if (!offsets.any()) return source;
     return std::unique_ptr<Recording>(
         std::make_unique<ReclockedRecording>(std::move(source), offsets));
@@ -357,7 +374,8 @@ int run_map(const MapRequest& request) {
   const bool offline = !request.online && !live;
   if (!offline && settings.find_sweep && settings.sweep == 0) front_end.watch_for_sweep();
   if (offline)
-    look_ahead({recording, run.open_again, open_reclocked, clocks, settings, output.metrics, ended},
+    look_ahead({recording, run.open_again, open_reclocked, clocks, scanner, settings,
+                output.metrics, ended},
                front_end);
   const Mapper mapper = request.online ? map_online(run) : map_offline(run);
   output.add_skipped(recording->skipped());
@@ -372,6 +390,8 @@ int run_map(const MapRequest& request) {
   if (front_end.met_wheels()) output.wheel_path.tell(front_end.wheel_errors_left(), output.metrics);
   front_end.tell_scanner_noise(output.metrics);
   partial = !output.write(mapper, request.online) || partial;
+  if (request.online && !live && !partial)
+    warn_of_scanner(*run.open_again(), settings, ended, output.metrics);
   if (partial) warn_of_end(*recording, output.metrics);
   warn_of_result(request.input, *recording, front_end, output.metrics);
   output.finish();

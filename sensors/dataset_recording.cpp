@@ -8,6 +8,7 @@
 #include <lamina/sensors/calibration_overlay.hpp>
 #include <lamina/sensors/image_file.hpp>
 #include <lamina/sensors/odometry_track.hpp>
+#include <lamina/sensors/planar_odometry.hpp>
 #include <lamina/sensors/recording_sources.hpp>
 #include <lamina/sensors/rectify.hpp>
 #include <lamina/sensors/text.hpp>
@@ -43,10 +44,19 @@ Calibration calibration_of(const std::filesystem::path& folder, const RecordingO
   return calibration;
 }
 
+// Whether either of the two has the key odometry.planar.
+bool states_planar(const std::filesystem::path& folder, const RecordingOptions& options) {
+  const auto own = folder / "calibration.yaml";
+  return CalibrationOverlay(options.calibration).states("odometry.planar") ||
+         (std::filesystem::exists(own) && CalibrationOverlay(own).states("odometry.planar"));
+}
+
 class DatasetRecording final : public Recording {
  public:
   DatasetRecording(const std::filesystem::path& folder, const RecordingOptions& options)
-      : folder_(folder), calibration_(calibration_of(folder, options)) {
+      : folder_(folder),
+        calibration_(calibration_of(folder, options)),
+        planar_stated_(states_planar(folder, options)) {
     remarks_ = calibration_.remarks;
     read_poses();
     read_scans();
@@ -96,6 +106,7 @@ class DatasetRecording final : public Recording {
     return all;
   }
   std::vector<std::string> remarks() const override { return remarks_; }
+  std::vector<Warning> warnings() const override { return warnings_; }
   std::optional<std::int64_t> size_hint() const override {
     return static_cast<std::int64_t>(items_.size());
   }
@@ -125,7 +136,9 @@ class DatasetRecording final : public Recording {
 
   std::filesystem::path folder_;
   Calibration calibration_;
+  bool planar_stated_;
   std::vector<std::string> remarks_;
+  std::vector<Warning> warnings_;
   SkipCounts skips_;
   OdometryTrack track_;
   std::vector<Odometry> odometry_;
@@ -146,6 +159,7 @@ void DatasetRecording::read_poses() {
   if (has("odometry.txt")) {
     odometry_ = parse_odometry(text("odometry.txt"), skips_);
     track_ = OdometryTrack(odometry_);
+    settle_planar(track_.trajectory(), planar_stated_, calibration_, remarks_, warnings_);
   }
   if (has("accelerometer.txt")) {
     accelerometer_ = parse_accelerometer(text("accelerometer.txt"), skips_);

@@ -20,6 +20,7 @@
 #include <lamina/models/error.hpp>
 #include <lamina/sensors/calibration_overlay.hpp>
 #include <lamina/sensors/odometry_track.hpp>
+#include <lamina/sensors/planar_odometry.hpp>
 #include <lamina/sensors/recording_sources.hpp>
 #include <lamina/sensors/rectify.hpp>
 #include <lamina/sensors/reorder_buffer.hpp>
@@ -187,6 +188,7 @@ class RawlogRecording final : public Recording {
     return {{"odometry", track_.stamps()}};
   }
   std::vector<std::string> remarks() const override { return remarks_; }
+  std::vector<Warning> warnings() const override { return warnings_; }
 
  private:
   void first_pass();
@@ -207,6 +209,7 @@ class RawlogRecording final : public Recording {
   ReorderBuffer buffer_;
   SkipCounts skips_;
   std::vector<std::string> remarks_;
+  std::vector<Warning> warnings_;
   bool done_ = false;
   bool light_ = false;  // images are passed over
 };
@@ -254,6 +257,8 @@ void RawlogRecording::first_pass() {
   if (!usable) throw input_error(name_, "", "no observation", "an MRPT rawlog with sensor data");
   track_ = OdometryTrack(samples);
   skips_.add(kSkipTimeBack, static_cast<std::int64_t>(track_.dropped()));
+  settle_planar(track_.trajectory(), given_.states("odometry.planar"), calibration_, remarks_,
+                warnings_);
 }
 
 void RawlogRecording::push_frame(Measurement frame) {

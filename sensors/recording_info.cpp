@@ -198,6 +198,17 @@ std::vector<std::string> partial_streams(const RecordingInfo& info) {
   return all;
 }
 
+namespace {
+
+// What no stream of the recording could contradict.
+std::string unchecked(const RecordingInfo& info) {
+  if (info.streams.count("scan") == 0 || info.odometry_path_m > 0) return {};
+  return "no odometry that moves: whether the scanner's beams run the stated way round, and where "
+         "ahead is, cannot be known; a mirrored or turned scanner gives a mirrored or turned map";
+}
+
+}  // namespace
+
 std::string to_text(const RecordingInfo& info) {
   std::string text;
   if (info.first) {
@@ -223,6 +234,7 @@ std::string to_text(const RecordingInfo& info) {
   if (info.skipped.empty()) text += "skipped   nothing\n";
   for (const std::string& remark : partial_streams(info)) text += "remark    " + remark + "\n";
   for (const std::string& remark : info.remarks) text += "remark    " + remark + "\n";
+  if (const std::string none = unchecked(info); !none.empty()) text += "remark    " + none + "\n";
   return text;
 }
 

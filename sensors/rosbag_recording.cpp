@@ -4,23 +4,20 @@
 #include <set>
 
 #include <lamina/models/error.hpp>
+#include <lamina/sensors/bag_bodies.hpp>
 #include <lamina/sensors/calibration_overlay.hpp>
 #include <lamina/sensors/odometry_track.hpp>
+#include <lamina/sensors/planar_odometry.hpp>
 #include <lamina/sensors/recording_sources.hpp>
 #include <lamina/sensors/rectify.hpp>
 #include <lamina/sensors/reorder_buffer.hpp>
 #include <lamina/sensors/rosbag_source.hpp>
 #include <lamina/sensors/scan_checks.hpp>
 #include <lamina/sensors/skip_counts.hpp>
-#include <lamina/sensors/transform_tree.hpp>
 
 namespace lamina {
 namespace {
 constexpr double kRawPerMetre = 1000;  // [REP118]: 16UC1 is millimetres
-
-std::string frame_name(const std::string& name) {
-  return !name.empty() && name.front() == '/' ? name.substr(1) : name;
-}
 
 std::string folder_of(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
 
@@ -29,12 +26,6 @@ std::optional<SE3> to_se3(const bag::PlainPose& p) {
   const Eigen::Vector3d t(p[0], p[1], p[2]);
   if (!(std::abs(q.norm() - 1) < 0.1) || !t.allFinite()) return std::nullopt;
   return SE3(SO3(q), t);
-}
-
-// Frames that move against the body: no mounting may be read through them.
-bool is_world(const std::string& frame) {
-  return frame == "map" || frame == "world" || frame == "odom" ||
-         (frame.size() > 5 && frame.substr(frame.size() - 5) == "/odom");
 }
 
 bool is_empty(const bag::Message& scan) {
@@ -49,7 +40,7 @@ class BagRecording final : public Recording {
     given_.apply(calibration_);
     choose_topics();
     read_small_messages();
-    place_scanner();
+    if (!sensor_frame_.empty() && chosen_.count("scan") > 0) scanner(sensor_frame_);
     std::vector<std::string> frames;
     for (const char* role : {"scan", "depth", "imu"}) {
       if (chosen_.count(role) > 0) frames.push_back(chosen_[role]);
@@ -91,6 +82,7 @@ class BagRecording final : public Recording {
   }
   std::vector<std::string> remarks() const override { return remarks_; }
   std::vector<std::string> assumed() const override { return assumed_; }
+  std::vector<Warning> warnings() const override { return warnings_; }
   std::optional<std::int64_t> size_hint() const override { return expected_; }
 
  private:
@@ -107,9 +99,9 @@ class BagRecording final : public Recording {
   void choose(const char* role, std::vector<bag::Topic> candidates);
   bool holds_depth(const std::string& topic);
   void read_small_messages();
-  void place_scanner();
-  void place_scanner(const std::string& frame);
-  void choose_body_frame();
+  std::string sensor_frame();
+  const LidarModel& scanner(const std::string& frame);
+  void choose_body(const BagBodies::Chosen& chosen);
   void convert(bag::Message& message);
   void convert_scan(bag::Message& message, Timestamp stamp);
   void convert_depth(bag::Message& message, Timestamp stamp);
@@ -124,14 +116,16 @@ class BagRecording final : public Recording {
   Calibration calibration_;
   std::map<std::string, std::string> chosen_;  // role -> topic
   std::map<std::string, bag::Message> infos_;  // topic -> first CameraInfo
-  TransformTree tree_;
-  std::string body_frame_;
+  BagBodies bodies_;
+  std::string body_frame_, sensor_frame_;     // the latter: of the first scan, else image
+  std::map<std::string, LidarModel> lidars_;  // by frame
   OdometryTrack track_;
   std::set<Timestamp> odometry_given_;
   std::optional<Rectifier> rectifier_;
   ReorderBuffer buffer_;
   SkipCounts skips_;
   std::vector<std::string> remarks_, assumed_;
+  std::vector<Warning> warnings_;
   std::set<std::string> unplaced_;
   std::int64_t expected_ = 0;
   bool done_ = false;
@@ -173,13 +167,12 @@ void BagRecording::choose_topics() {
   std::map<std::string, std::vector<bag::Topic>> by_role;
   for (const bag::Topic& topic : source_->topics()) {
     if (topic.type == "sensor_msgs/LaserScan") by_role["scan"].push_back(topic);
-    if (topic.type == "nav_msgs/Odometry") by_role["odom"].push_back(topic);
     if (topic.type == "sensor_msgs/Imu") by_role["imu"].push_back(topic);
     if (topic.type == "sensor_msgs/Image" && holds_depth(topic.name)) {
       by_role["depth"].push_back(topic);
     }
   }
-  for (const char* role : {"scan", "depth", "odom", "imu"}) choose(role, by_role[role]);
+  for (const char* role : {"scan", "depth", "imu"}) choose(role, by_role[role]);
   if (chosen_.count("scan") + chosen_.count("depth") == 0) {
     throw input_error(name_, "", "no topic of scans or depth images",
                       "sensor_msgs/LaserScan or sensor_msgs/Image (16UC1, 32FC1)");
@@ -191,19 +184,35 @@ void BagRecording::choose_topics() {
   }
 }
 
-// Odometry, transforms and camera information come in full before the frames do.
-void BagRecording::read_small_messages() {
-  std::vector<std::string> topics;
-  const auto odometry_topic = chosen_.find("odom");
-  for (const bag::Topic& topic : source_->topics()) {
-    const bool transforms = topic.type == "tf2_msgs/TFMessage" || topic.type == "tf/tfMessage";
-    if (transforms || topic.type == "sensor_msgs/CameraInfo" ||
-        (odometry_topic != chosen_.end() && topic.name == odometry_topic->second)) {
-      topics.push_back(topic.name);
+// Of the first scan, else of the first image.
+std::string BagRecording::sensor_frame() {
+  for (const char* role : {"scan", "depth"}) {
+    if (chosen_.count(role) == 0) continue;
+    source_->select({chosen_[role]});
+    bag::Message message;
+    for (auto status = source_->next(message); status != bag::Source::Status::kEnd;
+         status = source_->next(message)) {
+      if (status != bag::Source::Status::kMessage) continue;
+      if (message.kind == bag::Kind::kScan && is_empty(message)) continue;
+      return frame_name(message.frame);
     }
   }
-  std::vector<Odometry> samples, from_tf;
-  std::vector<bag::Message> moving;
+  return {};
+}
+
+// Odometry, transforms and camera information come in full before the frames do.
+void BagRecording::read_small_messages() {
+  sensor_frame_ = sensor_frame();
+  std::vector<std::string> topics;
+  std::vector<bag::Topic> odometry;
+  for (const bag::Topic& topic : source_->topics()) {
+    const bool transforms = topic.type == "tf2_msgs/TFMessage" || topic.type == "tf/tfMessage";
+    if (topic.type == "nav_msgs/Odometry") odometry.push_back(topic);
+    if (transforms || topic.type == "sensor_msgs/CameraInfo" || topic.type == "nav_msgs/Odometry")
+      topics.push_back(topic.name);
+  }
+  const auto wanted = options_.topics.find("odom");
+  if (wanted != options_.topics.end()) choose("odom", odometry);
   if (!topics.empty()) source_->select(topics);
   bag::Message m;
   for (auto status = bag::Source::Status::kMessage; !topics.empty();) {
@@ -218,62 +227,68 @@ void BagRecording::read_small_messages() {
     if (!pose) {
       skips_.add("pose that is no rigid motion");
     } else if (m.kind == bag::Kind::kOdometry) {
-      samples.push_back({stamp, *pose});
-      body_frame_ = child;
-    } else if (parent == "odom") {
-      from_tf.push_back({stamp, *pose});
-      if (odometry_topic == chosen_.end()) body_frame_ = child;
-    } else if (!is_world(parent) && !is_world(child)) {
-      if (m.topic == "/tf_static") tree_.add(parent, child, *pose);
-      if (m.topic != "/tf_static") moving.push_back(m);
+      bodies_.add_odometry(m.topic, child, {stamp, *pose});
+    } else {
+      bodies_.add_transform(parent, child, *pose, m.topic == "/tf_static", stamp);
     }
   }
-  for (const bag::Message& t : moving) {  // only where nothing static says otherwise
-    tree_.add(frame_name(t.frame), frame_name(t.child_frame), *to_se3(t.pose));
+  const bool asked = wanted != options_.topics.end();
+  const auto chosen = bodies_.choose(sensor_frame_, asked ? wanted->second : "");
+  if (!asked && !chosen.topic.empty()) {
+    std::erase_if(odometry, [&](const bag::Topic& topic) {
+      const bool other = topic.name != chosen.topic;
+      if (other) skips_.add("topic not used: " + topic.name, topic.count);
+      return other;
+    });
+    choose("odom", odometry);
   }
-  if (samples.empty() && !from_tf.empty()) {
-    samples = from_tf;
-    remarks_.push_back("odom: transforms from frame odom");
-  }
-  track_ = OdometryTrack(samples);
-  skips_.add(kSkipTimeBack, static_cast<std::int64_t>(track_.dropped()));
-  choose_body_frame();
+  choose_body(chosen);
 }
 
-void BagRecording::choose_body_frame() {
+void BagRecording::choose_body(const BagBodies::Chosen& chosen) {
+  body_frame_ = chosen.frame;
+  if (chosen.topic.empty() && !chosen.odometry.empty())
+    remarks_.push_back("odom: transforms from frame odom");
+  track_ = OdometryTrack(chosen.odometry);
+  skips_.add(kSkipTimeBack, static_cast<std::int64_t>(track_.dropped()));
+  settle_planar(track_.trajectory(), given_.states("odometry.planar"), calibration_, remarks_,
+                warnings_);
+  warnings_.insert(warnings_.end(), chosen.warnings.begin(), chosen.warnings.end());
   for (const char* frame : {"base_footprint", "base_link"}) {
-    if (body_frame_.empty() && tree_.has(frame)) body_frame_ = frame;
+    if (body_frame_.empty() && bodies_.tree().has(frame)) body_frame_ = frame;
   }
   remarks_.push_back(body_frame_.empty() ? "no body frame: sensors at the body's origin"
                                          : "body frame: " + body_frame_);
 }
 
-void BagRecording::place_scanner(const std::string& frame) {
-  if (calibration_.lidar) return;
-  calibration_.lidar = LidarModel();
-  const bool stated = given_.states("lidar.T_body_lidar");
-  calibration_.lidar->T_body_lidar = stated ? SE3() : T_body(frame).value_or(SE3());
-  given_.apply(*calibration_.lidar);
-  if (!given_.states("lidar.range_sigma"))
-    assumed_.push_back("lidar.range_sigma: " + default_range_sigma());
-}
-
-// By its first scan, as soon as the bag is opened: settings depend on it.
-void BagRecording::place_scanner() {
-  if (calibration_.lidar || chosen_.count("scan") == 0) return;
-  source_->select({chosen_["scan"]});
-  bag::Message message;
-  for (auto status = source_->next(message); status != bag::Source::Status::kEnd;
-       status = source_->next(message)) {
-    if (status != bag::Source::Status::kMessage || is_empty(message)) continue;
-    return place_scanner(message.frame);
+// Each scan by its own frame. What a calibration file says is of the first.
+const LidarModel& BagRecording::scanner(const std::string& frame) {
+  const auto known = lidars_.find(frame);
+  if (known != lidars_.end()) return known->second;
+  LidarModel model;
+  const bool first = lidars_.empty();
+  if (!first || !given_.states("lidar.T_body_lidar"))
+    model.T_body_lidar = T_body(frame).value_or(SE3());
+  if (first) {
+    given_.apply(model);
+    calibration_.lidar = model;
+    if (!given_.states("lidar.range_sigma"))
+      assumed_.push_back("lidar.range_sigma: " + default_range_sigma());
   }
+  model.noise = calibration_.lidar->noise;
+  if (lidars_.size() == 1) {
+    warnings_.push_back({"two_scanners", "scans of topic " + chosen_["scan"] +
+                                             " come from frames '" + lidars_.begin()->first +
+                                             "' and '" + frame +
+                                             "': each is placed by its own transform"});
+  }
+  return lidars_.emplace(frame, model).first->second;
 }
 
 std::optional<SE3> BagRecording::T_body(const std::string& frame) {
-  if (const auto pose = tree_.lookup(body_frame_, frame_name(frame))) return pose;
+  if (const auto pose = bodies_.tree().lookup(body_frame_, frame_name(frame))) return pose;
   if (unplaced_.insert(frame).second) {
-    remarks_.push_back(tree_.missing_link(body_frame_, frame_name(frame)));
+    remarks_.push_back(bodies_.tree().missing_link(body_frame_, frame_name(frame)));
     assumed_.push_back("sensor of frame '" + frame + "' at the body's origin: " + remarks_.back());
   }
   return std::nullopt;
@@ -326,8 +341,7 @@ void BagRecording::convert_scan(bag::Message& message, Timestamp stamp) {
   if (sweep > 0 && sweep <= kLongestSweep) {
     scan.time_increment = static_cast<double>(message.time_increment);
   }
-  place_scanner(message.frame);
-  scan.lidar = *calibration_.lidar;
+  scan.lidar = scanner(frame_name(message.frame));
   push_frame(std::move(scan));
 }
 

@@ -1,0 +1,102 @@
+// One look, and its words.
+#include <lamina/apps/scanner_calibration.hpp>
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include <lamina/apps/front_end.hpp>
+#include <lamina/models/error.hpp>
+
+namespace lamina::apps {
+namespace {
+
+constexpr double kDegree = M_PI / 180;
+
+std::string causes_of(const ScanCorrection& correction) {
+  std::string text;
+  const auto add = [&text](const std::string& one) { text += (text.empty() ? "" : "; ") + one; };
+  if (correction.mirrored)
+    add("they turn against the wheels: reversed beam order (clockwise beams, an angle increment of "
+        "the wrong sign), or a scanner mounted upside down that is not said to be");
+  if (correction.aperture != 1)
+    add(
+        fmt::format("they turn by {:.2f} times what the wheels turn: the field of view is {:.2f} "
+                    "times the stated one",
+                    1 / correction.aperture, correction.aperture));
+  if (correction.yaw != 0)
+    add(
+        fmt::format("the robot drives {:+.1f} deg away from where they have it drive: the scanner "
+                    "does not face ahead as stated",
+                    correction.yaw / kDegree));
+  return text;
+}
+
+std::string done_for(const ScanCorrection& correction, double stated_yaw) {
+  std::string text;
+  const auto add = [&text](const std::string& one) { text += (text.empty() ? "" : ", ") + one; };
+  if (correction.mirrored) add("beams mirrored");
+  if (correction.aperture != 1) add(fmt::format("field of view x {:.3f}", correction.aperture));
+  if (correction.yaw != 0)
+    add(fmt::format("lidar yaw {:.1f} deg instead of {:.1f}",
+                    std::remainder(stated_yaw + correction.yaw, 2 * M_PI) / kDegree,
+                    stated_yaw / kDegree));
+  return text;
+}
+
+const char* id_of(const ScanCorrection& correction) {
+  constexpr double kBackwards = 150 * kDegree;
+  if (correction.mirrored) return "scan_mirrored";
+  if (correction.aperture != 1) return "field_of_view";
+  return std::abs(correction.yaw) > kBackwards ? "lidar_backwards" : "lidar_yaw";
+}
+
+}  // namespace
+
+std::optional<ScannerCheck::Found> check_scanner(Recording& recording, const Settings& settings,
+                                                 const std::function<bool()>& ended) {
+  if (!recording.calibration().odometry.planar) return std::nullopt;
+  ScannerCheck check;
+  WheelTrack wheels(recording.calibration().odometry);
+  std::optional<Timestamp> last;
+  try {
+    while (!ended() && check.wants_more()) {
+      const auto measurement = recording.next_light();
+      if (!measurement) break;
+      if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
+      const auto* scan = std::get_if<LaserScan>(&*measurement);
+      if (!scan || !is_level(scan->lidar.T_body_lidar, settings.scan_odometry.max_tilt)) continue;
+      const auto moved = last ? wheels.between(*last, scan->stamp) : std::nullopt;
+      check.add(*scan, moved ? std::optional(moved->T_from_to) : std::nullopt);
+      last = scan->stamp;
+      wheels.forget_before(scan->stamp);
+    }
+  } catch (const Error&) {  // the run itself comes to it, and says so
+  }
+  return ended() ? std::nullopt : check.found();
+}
+
+void report_scanner(const ScannerCheck::Found& found, const Calibration& stated, bool adopted,
+                    io::Metrics& metrics) {
+  const ScanCorrection& c = found.correction;
+  const double yaw = stated.lidar ? stated.lidar->T_body_lidar.so3().yaw() : 0;
+  metrics.warn(
+      id_of(c),
+      fmt::format("scans contradict the wheels (cost {:.0f} over {} pairs of scans, {:.0f} "
+                  "so corrected): {}. {}: {}",
+                  found.cost_stated, found.pairs, found.cost, causes_of(c),
+                  adopted ? "Corrected"
+                          : "Not corrected, the map is wrong; offline it "
+                            "would be",
+                  done_for(c, yaw)));
+  const double score = found.cost_stated - found.cost;
+  const auto note = [&](const char* parameter, double was, double is) {
+    metrics.calibration.push_back({parameter, was, is, 0, score, adopted});
+  };
+  if (c.mirrored) note("lidar.beam_direction", 1, -1);
+  if (c.aperture != 1) note("lidar.field_of_view_factor", 1, c.aperture);
+  if (c.yaw != 0)
+    note("lidar.yaw_deg", yaw / kDegree, std::remainder(yaw + c.yaw, 2 * M_PI) / kDegree);
+}
+
+}  // namespace lamina::apps

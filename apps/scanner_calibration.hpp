@@ -1,0 +1,23 @@
+// What a scanner's description has wrong, found by its turns and ways against the wheels'.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include <lamina/apps/settings.hpp>
+#include <lamina/frontend/odometry/scanner_check.hpp>
+#include <lamina/io/metrics.hpp>
+#include <lamina/sensors/recording.hpp>
+
+namespace lamina::apps {
+
+/// A first look over the scans of a level scanner on wheels; nullopt where its description stands.
+/// `recording` is used up.
+std::optional<ScannerCheck::Found> check_scanner(Recording& recording, const Settings& settings,
+                                                 const std::function<bool()>& ended);
+
+/// A warning, and an entry under `calibration`. `adopted`: scans are corrected by it.
+void report_scanner(const ScannerCheck::Found& found, const Calibration& stated, bool adopted,
+                    io::Metrics& metrics);
+
+}  // namespace lamina::apps

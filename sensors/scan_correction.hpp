@@ -1,0 +1,34 @@
+// What a level scanner's description has wrong, and scans as they are with that put right.
+#pragma once
+
+#include <lamina/sensors/laser_scan.hpp>
+
+namespace lamina {
+
+/// Applied in this order. The identity when nothing is wrong.
+struct ScanCorrection {
+  double aperture = 1;  ///< times the stated angle between beams, about the middle of the fan
+  bool mirrored =
+      false;       ///< beams run the other way: clockwise, or a scanner that hangs upside down
+  double yaw = 0;  ///< rad about the body's z, added to the stated heading of the scanner
+
+  bool any() const { return aperture != 1 || mirrored || yaw != 0; }
+  SE3 apply(const SE3& T_body_lidar) const {
+    return {SO3::rot_z(yaw) * T_body_lidar.so3(), T_body_lidar.translation()};
+  }
+  void apply(LaserScan& scan) const {
+    if (scan.size() > 1) {
+      const double half = 0.5 * static_cast<double>(scan.size() - 1);
+      const double middle = scan.angle_min + half * scan.angle_increment;
+      scan.angle_increment *= aperture;
+      scan.angle_min = middle - half * scan.angle_increment;
+    }
+    if (mirrored) {
+      scan.angle_min = -scan.angle_min;
+      scan.angle_increment = -scan.angle_increment;
+    }
+    scan.lidar.T_body_lidar = apply(scan.lidar.T_body_lidar);
+  }
+};
+
+}  // namespace lamina
