@@ -11,6 +11,7 @@
 #include <span>
 
 #include <lamina/apps/calibration.hpp>
+#include <lamina/apps/camera_checks.hpp>
 #include <lamina/apps/checkpoint.hpp>
 #include <lamina/apps/dead_reckoning.hpp>
 #include <lamina/apps/doubts.hpp>
@@ -295,28 +296,6 @@ void set_up_log(bool quiet) {
   spdlog::set_level(quiet ? spdlog::level::warn : spdlog::level::info);
 }
 
-Settings settings_of(const MapRequest& request, const Calibration* sensors) {
-  const auto all_over = [&request](Settings settings) {
-    if (request.config) load(settings, *request.config);
-    for (const auto& assignment : request.assignments) set_assignment(settings, assignment);
-    if (request.preset) set(settings, "preset", *request.preset, "--preset");
-    if (request.seed) settings.seed = *request.seed;
-    if (request.threads) settings.threads = *request.threads;
-    const auto wrong = problems(settings);
-    if (!wrong.empty()) throw Error("settings: " + wrong.front());
-    return settings;
-  };
-  const Settings asked = all_over({});
-  const Preset* preset = find_preset(asked.preset);
-  if (preset == nullptr && sensors) preset = &preset_for(*sensors, asked.scan_odometry.max_tilt);
-  if (preset == nullptr) return asked;
-  Settings base;
-  apply(*preset, base);
-  Settings settings = all_over(std::move(base));
-  settings.preset = preset->name;
-  return settings;
-}
-
 int run_map(const MapRequest& request) {
   set_up_log(request.quiet);
   const bool live = request.input.rfind("openni:", 0) == 0;
@@ -325,19 +304,28 @@ int run_map(const MapRequest& request) {
   options.topics = chosen_topics(settings_of(request));
   options.calibration = request.calibration;
   ScanCorrection scanner;
+  CameraFindings cameras;
   double max_tilt = Settings().scan_odometry.max_tilt;
   const auto open = [&]() -> std::unique_ptr<Recording> {
-    return std::make_unique<CorrectedRecording>(open_recording(request.input, options), scanner,
-                                                max_tilt);
+    return std::make_unique<CorrectedRecording>(
+        corrected(open_recording(request.input, options), cameras.fixes), scanner, max_tilt);
   };
   std::unique_ptr<Recording> recording = open();
-  const Calibration sensors = recording->calibration();
+  Calibration sensors = recording->calibration();
   const Settings settings = settings_of(request, &sensors);
   max_tilt = settings.scan_odometry.max_tilt;
   spdlog::info("preset {}", settings.preset);
+  if (!live && (sensors.depth_camera || sensors.stereo_camera)) {
+    cameras =
+        check_cameras(*recording, settings.floor, [&interrupt] { return interrupt.interrupted(); });
+    recording.reset();
+    recording = open();
+    sensors = recording->calibration();
+  }
   io::make_results_folder(request.output);
   MapOutput output(request.output, settings);
   output.set_recording(request.input);
+  for (const Warning& found : cameras.warnings) output.metrics.warn(found.id, found.text);
   FrontEnd front_end(settings, sensors);
   output.end_with(interrupt);
   if (request.online && settings.follow_slopes) front_end.follow_slopes();

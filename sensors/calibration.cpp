@@ -7,6 +7,7 @@
 
 #include <lamina/models/error.hpp>
 #include <lamina/sensors/calibration_overlay.hpp>
+#include <lamina/sensors/intrinsics.hpp>
 #include <lamina/sensors/text.hpp>
 #include <lamina/sensors/yaml_section.hpp>
 
@@ -74,6 +75,8 @@ void read_camera(const Reading& reading, CameraModel& camera, std::vector<std::s
   }
   if (reading.whole || section.has("T_body_camera"))
     camera.T_body_camera = read_pose(section, "T_body_camera", remarks);
+  const std::string wrong = reading.whole ? senseless_intrinsics(camera) : "";
+  if (!wrong.empty()) section.fail("fx", wrong, "a field of view from 1 to 170 degrees");
   if (reading.whole &&
       (camera.cx < 0 || camera.cx > camera.width || camera.cy < 0 || camera.cy > camera.height)) {
     remarks.push_back("the principal point lies outside the image");

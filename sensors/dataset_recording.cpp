@@ -6,7 +6,9 @@
 
 #include <lamina/models/error.hpp>
 #include <lamina/sensors/calibration_overlay.hpp>
+#include <lamina/sensors/depth_codes.hpp>
 #include <lamina/sensors/image_file.hpp>
+#include <lamina/sensors/intrinsics.hpp>
 #include <lamina/sensors/odometry_track.hpp>
 #include <lamina/sensors/planar_odometry.hpp>
 #include <lamina/sensors/recording_sources.hpp>
@@ -106,7 +108,11 @@ class DatasetRecording final : public Recording {
     return all;
   }
   std::vector<std::string> remarks() const override { return remarks_; }
-  std::vector<Warning> warnings() const override { return warnings_; }
+  std::vector<Warning> warnings() const override {
+    std::vector<Warning> all = warnings_;
+    if (auto found = saturated_.warning()) all.push_back(*std::move(found));
+    return all;
+  }
   std::optional<std::int64_t> size_hint() const override {
     return static_cast<std::int64_t>(items_.size());
   }
@@ -125,6 +131,7 @@ class DatasetRecording final : public Recording {
   void read_depth_list(const RecordingOptions& options);
   void read_stereo_lists(const RecordingOptions& options);
   std::vector<ListEntry> read_list(const char* name);
+  void fit_to_images(const std::string& path, const char* section, CameraModel& camera);
   [[noreturn]] void fail_missing_section(const char* section, const char* file) const;
   [[noreturn]] void fail_nothing_usable() const;
   void schedule();
@@ -148,6 +155,7 @@ class DatasetRecording final : public Recording {
   std::vector<ListEntry> depth_;
   std::vector<Timestamp> colour_stamps_;
   std::vector<std::array<ListEntry, 2>> stereo_;  // left, right
+  SaturatedDepths saturated_;
   std::optional<Rectifier> depth_rectifier_, stereo_rectifier_;
   std::vector<Item> items_;
   std::size_t position_ = 0;
@@ -197,10 +205,35 @@ std::vector<ListEntry> DatasetRecording::read_list(const char* name) {
   return entries;
 }
 
+// A calibration of images of another size, but the same shape, holds for these all the same. What
+// cannot be a principal point is none.
+void DatasetRecording::fit_to_images(const std::string& path, const char* section,
+                                     CameraModel& camera) {
+  const auto size = image_size(folder_ / path);
+  if (auto mended = mend_principal_point(camera, std::string("calibration.yaml: ") + section))
+    warnings_.push_back(*std::move(mended));
+  if (!size || (size->first == camera.width && size->second == camera.height)) return;
+  CameraModel scaled = camera;
+  std::tie(scaled.width, scaled.height) = *size;
+  if (!scale_intrinsics(scaled, camera.width, camera.height)) return;
+  warnings_.push_back(
+      {"image_size", std::string("calibration.yaml: ") + section + " is of " +
+                         std::to_string(camera.width) + " x " + std::to_string(camera.height) +
+                         " pixels, images have " + std::to_string(scaled.width) + " x " +
+                         std::to_string(scaled.height) + ": fx, fy, cx, cy scaled to these"});
+  camera = scaled;
+}
+
 void DatasetRecording::read_depth_list(const RecordingOptions& options) {
   if (!has("depth.txt")) return;
   if (!calibration_.depth_camera) fail_missing_section("depth_camera", "depth.txt");
   depth_ = read_list("depth.txt");
+  if (!depth_.empty()) {
+    DepthCamera& depth = *calibration_.depth_camera;
+    const double stated = depth.camera.fx;
+    fit_to_images(depth_[0].path, "depth_camera", depth.camera);
+    depth.noise = noise_at_focal(depth.noise, depth.camera.fx / stated);
+  }
   depth_rectifier_.emplace(calibration_.depth_camera->camera);
   if (!has("rgb.txt")) return;
   SkipCounts colour;  // colour is no measurement: what it lacks is only remarked
@@ -225,8 +258,11 @@ void DatasetRecording::read_stereo_lists(const RecordingOptions& options) {
     }
   }
   if (!calibration_.stereo_camera) fail_missing_section("stereo_camera", "left.txt");
-  stereo_rectifier_.emplace(calibration_.stereo_camera->camera);
   const std::vector<ListEntry> left = read_list("left.txt"), right = read_list("right.txt");
+  if (!left.empty()) {
+    fit_to_images(left[0].path, "stereo_camera", calibration_.stereo_camera->camera);
+  }
+  stereo_rectifier_.emplace(calibration_.stereo_camera->camera);
   std::vector<Timestamp> left_stamps, right_stamps;
   for (const ListEntry& entry : left) left_stamps.push_back(entry.stamp);
   for (const ListEntry& entry : right) right_stamps.push_back(entry.stamp);
@@ -318,6 +354,7 @@ std::optional<Measurement> DatasetRecording::read_depth(const ListEntry& entry) 
     return std::nullopt;
   }
   DepthFrame frame{entry.stamp, camera, std::move(image->pixels)};
+  saturated_.drop(frame.raw);
   if (depth_rectifier_->needed()) {
     frame.raw = depth_rectifier_->depth(frame.raw);
     frame.camera.camera.distortion.reset();

@@ -5,7 +5,11 @@
 
 #include <lamina/models/error.hpp>
 #include <lamina/sensors/bag_bodies.hpp>
+#include <lamina/sensors/bag_camera.hpp>
+#include <lamina/sensors/bag_frames.hpp>
 #include <lamina/sensors/calibration_overlay.hpp>
+#include <lamina/sensors/depth_codes.hpp>
+#include <lamina/sensors/intrinsics.hpp>
 #include <lamina/sensors/odometry_track.hpp>
 #include <lamina/sensors/planar_odometry.hpp>
 #include <lamina/sensors/recording_sources.hpp>
@@ -16,17 +20,9 @@
 #include <lamina/sensors/skip_counts.hpp>
 
 namespace lamina {
+using bag::folder_of, bag::to_se3;
 namespace {
 constexpr double kRawPerMetre = 1000;  // [REP118]: 16UC1 is millimetres
-
-std::string folder_of(const std::string& topic) { return topic.substr(0, topic.rfind('/')); }
-
-std::optional<SE3> to_se3(const bag::PlainPose& p) {
-  const Eigen::Quaterniond q(p[6], p[3], p[4], p[5]);
-  const Eigen::Vector3d t(p[0], p[1], p[2]);
-  if (!(std::abs(q.norm() - 1) < 0.1) || !t.allFinite()) return std::nullopt;
-  return SE3(SO3(q), t);
-}
 
 bool is_empty(const bag::Message& scan) {
   return scan.ranges.size() < 2 || !std::isfinite(scan.angle_min) ||
@@ -41,6 +37,7 @@ class BagRecording final : public Recording {
     choose_topics();
     read_small_messages();
     if (!sensor_frame_.empty() && chosen_.count("scan") > 0) scanner(sensor_frame_);
+    place_camera();
     std::vector<std::string> frames;
     for (const char* role : {"scan", "depth", "imu"}) {
       if (chosen_.count(role) > 0) frames.push_back(chosen_[role]);
@@ -82,7 +79,11 @@ class BagRecording final : public Recording {
   }
   std::vector<std::string> remarks() const override { return remarks_; }
   std::vector<std::string> assumed() const override { return assumed_; }
-  std::vector<Warning> warnings() const override { return warnings_; }
+  std::vector<Warning> warnings() const override {
+    std::vector<Warning> all = warnings_;
+    if (auto found = saturated_.warning()) all.push_back(*std::move(found));
+    return all;
+  }
   std::optional<std::int64_t> size_hint() const override { return expected_; }
 
  private:
@@ -102,6 +103,8 @@ class BagRecording final : public Recording {
   std::string sensor_frame();
   const LidarModel& scanner(const std::string& frame);
   void choose_body(const BagBodies::Chosen& chosen);
+  void place_camera();
+  void place_camera(const bag::Message& image);
   void convert(bag::Message& message);
   void convert_scan(bag::Message& message, Timestamp stamp);
   void convert_depth(bag::Message& message, Timestamp stamp);
@@ -121,11 +124,12 @@ class BagRecording final : public Recording {
   std::map<std::string, LidarModel> lidars_;  // by frame
   OdometryTrack track_;
   std::set<Timestamp> odometry_given_;
+  SaturatedDepths saturated_;
+  std::vector<Warning> warnings_;
   std::optional<Rectifier> rectifier_;
   ReorderBuffer buffer_;
   SkipCounts skips_;
   std::vector<std::string> remarks_, assumed_;
-  std::vector<Warning> warnings_;
   std::set<std::string> unplaced_;
   std::int64_t expected_ = 0;
   bool done_ = false;
@@ -356,35 +360,33 @@ const bag::Message* BagRecording::camera_info(const bag::Message& image) const {
   return nullptr;
 }
 
-void BagRecording::convert_depth(bag::Message& message, Timestamp stamp) {
-  if (!calibration_.depth_camera) {
-    const bag::Message* info = camera_info(message);
-    const bool stated = given_.states("depth_camera.fx") && given_.states("depth_camera.fy");
-    if (!stated && (!info || !(info->intrinsics[0] > 0) || !(info->intrinsics[1] > 0))) {
-      throw input_error(name_, "topic " + message.topic, "no camera information",
-                        "a sensor_msgs/CameraInfo beside it, or a calibration file");
-    }
-    CameraModel camera;
-    camera.width = message.width;
-    camera.height = message.height;
-    if (info) {
-      camera.fx = info->intrinsics[0];
-      camera.fy = info->intrinsics[1];
-      camera.cx = info->intrinsics[2];
-      camera.cy = info->intrinsics[3];
-    }
-    const auto d = info ? info->distortion : std::vector<double>();
-    const bool rectified = message.topic.find("rect") != std::string::npos;
-    if (!rectified && d.size() >= 5 && info->distortion_model == "plumb_bob" &&
-        std::any_of(d.begin(), d.end(), [](double x) { return x != 0; })) {
-      camera.distortion = {d[0], d[1], d[2], d[3], d[4]};
-    }
-    camera.T_body_camera = given_.states("depth_camera.T_body_camera")
-                               ? SE3()
-                               : T_body(message.frame).value_or(forward_looking_camera());
-    calibration_.depth_camera = {camera, kRawPerMetre, DepthNoise::kinect(camera.fx)};
-    given_.apply(*calibration_.depth_camera);
+// By its first image, as soon as the bag is opened: what is asked of images depends on it.
+void BagRecording::place_camera() {
+  if (chosen_.count("depth") == 0) return;
+  source_->select({chosen_["depth"]});
+  bag::Message message;
+  for (auto status = source_->next(message); status != bag::Source::Status::kEnd;
+       status = source_->next(message)) {
+    if (status == bag::Source::Status::kMessage) return place_camera(message);
   }
+}
+
+void BagRecording::place_camera(const bag::Message& image) {
+  bag::check_unit(image, warnings_);
+  if (calibration_.depth_camera) return;
+  const bool stated = given_.states("depth_camera.fx") && given_.states("depth_camera.fy");
+  CameraModel camera = bag::camera_of(name_, image, camera_info(image), stated, warnings_);
+  camera.T_body_camera = given_.states("depth_camera.T_body_camera")
+                             ? SE3()
+                             : T_body(image.frame).value_or(forward_looking_camera());
+  calibration_.depth_camera = {camera, kRawPerMetre, DepthNoise::kinect(camera.fx)};
+  given_.apply(*calibration_.depth_camera);
+  const std::string wrong = senseless_intrinsics(calibration_.depth_camera->camera);
+  if (!wrong.empty()) throw input_error(name_, image.topic, wrong, "a camera's intrinsics");
+}
+
+void BagRecording::convert_depth(bag::Message& message, Timestamp stamp) {
+  if (!calibration_.depth_camera) place_camera(message);
   DepthCamera& camera = *calibration_.depth_camera;
   if (message.width != camera.camera.width || message.height != camera.camera.height) {
     skips_.add(kSkipWrongSize);
@@ -392,6 +394,7 @@ void BagRecording::convert_depth(bag::Message& message, Timestamp stamp) {
   }
   camera.depth_scale = kRawPerMetre;
   if (!rectifier_) rectifier_.emplace(camera.camera);
+  saturated_.drop(message.depth);
   DepthFrame frame{stamp, camera, rectifier_->depth(message.depth)};
   frame.camera.camera.distortion.reset();
   push_frame(std::move(frame));

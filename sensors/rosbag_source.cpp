@@ -11,6 +11,7 @@
 #include <sensor_msgs/LaserScan.h>
 #include <tf2_msgs/TFMessage.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <deque>
@@ -29,17 +30,32 @@ PlainPose to_pose(const Translation& t, const Rotation& q) {
   return {t.x, t.y, t.z, q.x, q.y, q.z, q.w};
 }
 
-std::uint16_t to_millimetres(float metres) {
+std::uint16_t to_millimetres(float value, float unit) {
+  const float metres = value * unit;
   if (!(metres > 0) || !(metres < 65.535f)) return 0;  // false for NaN
   return static_cast<std::uint16_t>(std::lround(metres * 1000.0f));
+}
+
+// No camera measures at hundreds of metres: such values are millimetres. 0: hardly any value.
+float unit_of(std::vector<float> values) {
+  constexpr std::size_t kEnough = 50;
+  constexpr float kFar = 100;  // m
+  values.erase(std::remove_if(values.begin(), values.end(),
+                              [](float v) { return !(v > 0) || !std::isfinite(v); }),
+               values.end());
+  if (values.size() < kEnough) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle > kFar ? 0.001f : 1.0f;
 }
 
 bool is_depth_encoding(const std::string& encoding) {
   return encoding == "16UC1" || encoding == "mono16" || encoding == "32FC1";
 }
 
-// False when the image is no depth or its size and its bytes do not agree.
-bool convert(const sensor_msgs::Image& in, Message& out) {
+// False when the image is no depth or its size and its bytes do not agree. `unit`: of a topic's
+// floats, m; 0 until an image tells it.
+bool convert(const sensor_msgs::Image& in, float& unit, Message& out) {
   if (!is_depth_encoding(in.encoding)) return false;
   const bool floats = in.encoding == "32FC1";
   const std::size_t pixel_bytes = floats ? 4 : 2;
@@ -52,6 +68,7 @@ bool convert(const sensor_msgs::Image& in, Message& out) {
   out.height = static_cast<int>(height);
   out.metres = floats;
   out.depth.resize(width * height);
+  std::vector<float> values(floats ? width * height : 0);
   for (std::size_t v = 0; v < height; ++v) {
     const unsigned char* row = in.data.data() + v * in.step;
     for (std::size_t u = 0; u < width; ++u) {
@@ -61,14 +78,17 @@ bool convert(const sensor_msgs::Image& in, Message& out) {
       }
       std::uint16_t& pixel = out.depth[v * width + u];
       if (floats) {
-        float metres = 0;
-        std::memcpy(&metres, bytes, sizeof metres);
-        pixel = to_millimetres(metres);
+        std::memcpy(&values[v * width + u], bytes, sizeof(float));
       } else {
         std::memcpy(&pixel, bytes, sizeof pixel);
       }
     }
   }
+  if (floats && unit == 0) unit = unit_of(values);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    out.depth[i] = to_millimetres(values[i], unit == 0 ? 1.0f : unit);
+  }
+  out.floats_in_mm = floats && unit == 0.001f;
   return true;
 }
 
@@ -96,7 +116,8 @@ struct Source::Impl {
   rosbag::Bag bag;
   std::unique_ptr<rosbag::View> view;
   rosbag::View::iterator position;
-  std::deque<Message> waiting;  // transforms of one message
+  std::deque<Message> waiting;         // transforms of one message
+  std::map<std::string, float> units;  // m, of topics of 32FC1; 0: not known yet
 
   Status read(const rosbag::MessageInstance& in, Message& out);
   void read_transforms(const rosbag::MessageInstance& in, const tf2_msgs::TFMessage& message);
@@ -168,7 +189,7 @@ Source::Status Source::Impl::read(const rosbag::MessageInstance& in, Message& ou
     out.pose = to_pose(odometry->pose.pose.position, odometry->pose.pose.orientation);
   } else if (const auto image = in.instantiate<sensor_msgs::Image>()) {
     head(image->header);
-    if (!convert(*image, out)) return Status::kWrongFormat;
+    if (!convert(*image, units[out.topic], out)) return Status::kWrongFormat;
   } else if (const auto info = in.instantiate<sensor_msgs::CameraInfo>()) {
     head(info->header);
     convert(*info, out);

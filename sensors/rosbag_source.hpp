@@ -27,6 +27,7 @@ struct Message {
   // kDepth, kCameraInfo
   int width = 0, height = 0;
   bool metres = false;                 ///< kDepth: from 32FC1, already turned to millimetres
+  bool floats_in_mm = false;           ///< kDepth: that held millimetres before
   std::vector<std::uint16_t> depth;    ///< millimetres
   std::array<double, 4> intrinsics{};  ///< fx fy cx cy
   std::vector<double> distortion;

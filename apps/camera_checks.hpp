@@ -1,0 +1,33 @@
+// A first look over a recording's cameras: do images agree with what is stated of them?
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include <lamina/frontend/floor/floor_options.hpp>
+#include <lamina/frontend/floor/mounting_check.hpp>
+#include <lamina/models/warning.hpp>
+#include <lamina/sensors/camera_corrected_recording.hpp>
+#include <lamina/sensors/recording.hpp>
+
+namespace lamina::apps {
+
+/// What the first tens of images say of their cameras.
+struct CameraFindings {
+  CameraFixes fixes;
+  std::vector<Warning> warnings;
+  bool no_ground = false;  ///< no image shows floor where the mounting says, and nobody knows why
+};
+
+/// Looks over the first images of depth cameras and stereo pairs: at most 600 of them, 40 where the
+/// robot has moved in between, fewer where these show the floor as stated. `ended` asks to stop.
+/// `recording` is used up.
+CameraFindings check_cameras(Recording& recording, const FloorOptions& options,
+                             const std::function<bool()>& ended);
+
+/// What a verdict says to people: found, what it means, what was done (`corrected`). Empty id:
+/// nothing.
+Warning mounting_warning(const MountingVerdict& verdict, const CameraModel& stated, bool corrected);
+
+}  // namespace lamina::apps

@@ -1,0 +1,122 @@
+// Corrects images on their way.
+#include <lamina/sensors/camera_corrected_recording.hpp>
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace lamina {
+
+double matched_share(const StereoFrame& pair) {
+  const DepthFrame frame = depth_from_stereo(pair);
+  if (frame.raw.empty()) return 0;
+  const auto none = std::count(frame.raw.begin(), frame.raw.end(), 0);
+  return 1 - static_cast<double>(none) / static_cast<double>(frame.raw.size());
+}
+
+bool is_swapped(const StereoFrame& pair) {
+  constexpr double kFew = 0.4, kMore = 2, kLeast = 0.1;  // of the pixels; of that share
+  const double matched = matched_share(pair);
+  if (matched >= kFew) return false;
+  StereoFrame other = pair;
+  std::swap(other.left, other.right);
+  return matched_share(other) > std::max(kMore * matched, kLeast);
+}
+
+void apply(const CameraFixes& fixes, DepthFrame& frame) {
+  fixes.depth.apply(frame.camera);
+  for (int v = 0; v < frame.height() && fixes.depth.mirrored; ++v) {
+    const auto row = frame.raw.begin() + static_cast<std::ptrdiff_t>(v) * frame.width();
+    std::reverse(row, row + frame.width());
+  }
+  if (!fixes.depth_code) return;
+  const auto [least, most] = *fixes.depth_code;
+  for (std::uint16_t& raw : frame.raw) raw = raw >= least && raw <= most ? 0 : raw;
+}
+
+CameraCorrectedRecording::CameraCorrectedRecording(std::unique_ptr<Recording> source, const CameraFixes& fixes)
+    : source_(std::move(source)), fixes_(fixes) {}
+
+// A bag's camera is known with its first image.
+const Calibration& CameraCorrectedRecording::calibration() const {
+  calibration_ = source_->calibration();
+  if (calibration_.depth_camera) fixes_.depth.apply(*calibration_.depth_camera);
+  if (calibration_.stereo_camera) fixes_.stereo.apply(*calibration_.stereo_camera);
+  return calibration_;
+}
+
+std::map<std::string, std::int64_t> CameraCorrectedRecording::skipped() const {
+  auto all = source_->skipped();
+  if (dropped_ > 0) all["depth image of no use"] += dropped_;
+  return all;
+}
+
+std::optional<Measurement> CameraCorrectedRecording::next_of_source() {
+  while (auto measurement = source_->next()) {
+    if (auto* depth = std::get_if<DepthFrame>(&*measurement)) {
+      if (fixes_.drop_depth) {
+        ++dropped_;
+        continue;
+      }
+      apply(fixes_, *depth);
+    }
+    if (auto* pair = std::get_if<StereoFrame>(&*measurement)) {
+      fixes_.stereo.apply(pair->camera);
+      if (fixes_.swap_stereo || (fixes_.swap_some && is_swapped(*pair)))
+        std::swap(pair->left, pair->right);
+    }
+    return measurement;
+  }
+  return std::nullopt;
+}
+
+std::optional<Measurement> CameraCorrectedRecording::next() {
+  return fixes_.right_late != 0 ? next_with_later_right() : next_of_source();
+}
+
+// The first pair waits until the pair has come that holds its late image; what came between waits
+// with it. The last pairs have none.
+std::optional<Measurement> CameraCorrectedRecording::next_with_later_right() {
+  const auto is_pair = [](const Measurement& m) { return std::holds_alternative<StereoFrame>(m); };
+  while (true) {
+    if (!held_.empty() && !is_pair(held_.front())) break;
+    const auto pairs = std::count_if(held_.begin(), held_.end(), is_pair);
+    if (pairs > std::abs(fixes_.right_late)) {
+      auto later = held_.begin();
+      for (int left = std::abs(fixes_.right_late); left > 0; --left) {
+        later = std::find_if(later + 1, held_.end(), is_pair);
+      }
+      const auto late = fixes_.right_late > 0 ? &StereoFrame::right : &StereoFrame::left;
+      std::get<StereoFrame>(held_.front()).*late = std::get<StereoFrame>(*later).*late;
+      break;
+    }
+    if (ended_ && held_.empty()) return std::nullopt;
+    if (ended_) {
+      held_.pop_front();
+      ++dropped_;
+      continue;
+    }
+    auto measurement = next_of_source();
+    if (!measurement) {
+      ended_ = true;
+    } else {
+      held_.push_back(std::move(*measurement));
+    }
+  }
+  Measurement first = std::move(held_.front());
+  held_.pop_front();
+  return first;
+}
+
+std::optional<DepthFrame> CameraCorrectedRecording::next_depth(std::int64_t skip) {
+  if (fixes_.drop_depth) return std::nullopt;
+  auto frame = source_->next_depth(skip);
+  if (frame) apply(fixes_, *frame);
+  return frame;
+}
+
+std::unique_ptr<Recording> corrected(std::unique_ptr<Recording> source, const CameraFixes& fixes) {
+  if (!fixes.any()) return source;
+  return std::make_unique<CameraCorrectedRecording>(std::move(source), fixes);
+}
+
+}  // namespace lamina

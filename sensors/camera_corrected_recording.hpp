@@ -1,0 +1,75 @@
+// A recording whose cameras' calibration was wrong, as if it had been right.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <lamina/sensors/camera_correction.hpp>
+#include <lamina/sensors/recording.hpp>
+
+namespace lamina {
+
+/// What is to be done to images.
+struct CameraFixes {
+  CameraCorrection depth, stereo;
+  /// Raw depths, from the least to the largest, that are codes for no measurement.
+  std::optional<std::pair<std::uint16_t, std::uint16_t>> depth_code;
+  bool swap_stereo = false;  ///< left and right images change places
+  bool swap_some = false;    ///< those of pairs that match better so
+  int right_late = 0;        ///< pairs by which right images are late; below 0: left ones are
+  bool drop_depth = false;   ///< nothing can be made of depth images
+  bool any() const {
+    return depth.any() || stereo.any() || depth_code || swap_stereo || swap_some ||
+           right_late != 0 || drop_depth;
+  }
+};
+
+/// Share of the left image's pixels whose like is in the right one.
+double matched_share(const StereoFrame& pair);
+/// Hardly any is, but twice as many and more with left and right swapped.
+bool is_swapped(const StereoFrame& pair);
+
+/// The depth image, corrected.
+void apply(const CameraFixes& fixes, DepthFrame& frame);
+
+/// The source's measurements, corrected, in their order.
+class CameraCorrectedRecording final : public Recording {
+ public:
+  CameraCorrectedRecording(std::unique_ptr<Recording> source, const CameraFixes& fixes);
+
+  std::optional<Measurement> next() override;
+  std::optional<DepthFrame> next_depth(std::int64_t skip) override;
+  std::optional<Measurement> next_light() override { return source_->next_light(); }
+  const Calibration& calibration() const override;
+  std::map<std::string, std::int64_t> skipped() const override;
+  std::map<std::string, std::string> first_skipped() const override {
+    return source_->first_skipped();
+  }
+  std::map<std::string, std::vector<Timestamp>> recorded_stamps() const override {
+    return source_->recorded_stamps();
+  }
+  std::vector<std::string> remarks() const override { return source_->remarks(); }
+  std::vector<Warning> warnings() const override { return source_->warnings(); }
+  std::optional<std::int64_t> size_hint() const override { return source_->size_hint(); }
+  std::optional<std::int64_t> depth_hint() const override { return source_->depth_hint(); }
+
+ private:
+  std::optional<Measurement> next_of_source();
+  std::optional<Measurement> next_with_later_right();
+
+  std::unique_ptr<Recording> source_;
+  CameraFixes fixes_;
+  mutable Calibration calibration_;
+  std::deque<Measurement> held_;  // from the first pair on that waits for its right image
+  bool ended_ = false;
+  std::int64_t dropped_ = 0;
+};
+
+/// The source's measurements by these fixes; `source` itself where there are none.
+std::unique_ptr<Recording> corrected(std::unique_ptr<Recording> source, const CameraFixes& fixes);
+
+}  // namespace lamina
