@@ -51,7 +51,7 @@ void compare_with_simulation(const fs::path& map, const sim::Truth& truth,
   const NavigabilityGrid ground = true_grid(truth.grid);
   if (fs::exists(map / "grid" / "grid.yaml")) {
     evaluation.grid =
-        grid_errors(io::to_grid(io::read_grid(map / "grid")), ground, T_reference_map, path_map);
+        grid_errors(io::read_grid(map / "grid").grid, ground, T_reference_map, path_map);
   }
   if (fs::exists(map / "path.csv")) {
     evaluation.path = path_errors(io::read_path_csv(map / "path.csv"), ground, T_reference_map);

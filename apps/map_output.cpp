@@ -208,9 +208,9 @@ void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
   constexpr double kScanBand = 0.1;  // m about the scanner's height that its rays speak for
   constexpr double kNobodyKnows = std::numeric_limits<double>::quiet_NaN();
   const GroundHits ground(map.planes);
-  const ScanOccupancy seen = occupancy_of_scans([this](const auto& take) { for_each_scan(take); },
-                                                trajectory, ground, settings_);
-  const std::optional<OccupancyGrid>& occupancy = seen.grid;
+  ScanOccupancy seen = occupancy_of_scans([this](const auto& take) { for_each_scan(take); },
+                                          trajectory, ground, settings_);
+  std::optional<OccupancyGrid>& occupancy = seen.grid;
   GroundBelow below;
   if (!ground.empty()) {
     below = [&](const Eigen::Vector3d& p) { return ground.under(p).value_or(kNobodyKnows); };
@@ -243,12 +243,14 @@ void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
   // A map from scans alone: nothing looked at the floor, what is clear at the scanner's height is
   // the best there is, and its confidence says so.
   if (!floor_seen && occupancy) fill_from_occupancy(grid, *occupancy);
+  if (floor_seen && seen.of_images)
+    agree_with_ground(*occupancy, seen.scanners ? &*seen.scanners : nullptr, grid);
   io::write_grid(folder_ / "grid", grid);
   io::write_navigability_map(folder_, grid);
   io::write_terrain_ply(folder_ / "terrain.ply", grid);
   const GridGeometry bounds = occupancy ? occupancy->bounds() : GridGeometry{};
-  io::write_occupancy_map(folder_, bounds,
-                          occupancy ? occupancy->image(bounds) : std::vector<float>{});
+  io::write_occupancy_map(
+      folder_, bounds, [&](int row, float* values) { occupancy->image_row(bounds, row, values); });
 }
 
 // Joined maps: the path of each recording by its own clock, too.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include <lamina/apps/ordered_batch.hpp>
@@ -30,17 +31,23 @@ OccupancyOptions with_scanner(OccupancyOptions options, const SE3& T_map_lidar, 
 
 // A beam that ends on the ground met nothing in the robot's way.
 std::vector<OccupancyBeam> beams_of(const LaserScan& scan, const SE3& T_map_lidar,
-                                    const GroundHits& ground) {
+                                    const GroundHits& ground, bool empty_is_free) {
   constexpr double kNear = 0.05;  // m; and a third of the scanner's height
   const double near = std::min(kNear, scan.lidar.T_body_lidar.translation().z() / 3);
   std::vector<OccupancyBeam> beams;
   for (std::size_t i = 0; i < scan.size(); ++i) {
-    if (!scan.valid(i)) continue;
+    if (!scan.valid(i)) {
+      if (empty_is_free && came_back_empty(scan, i)) {
+        const double a = scan.angle(i), r = scan.range_max;
+        beams.push_back({{r * std::cos(a), r * std::sin(a)}, 0, false, false});
+      }
+      continue;
+    }
     const Eigen::Vector2d p = scan.point(i);
     const bool grounded =
         !ground.empty() && ground.ends_on(T_map_lidar.translation(),
                                           T_map_lidar * Eigen::Vector3d(p.x(), p.y(), 0), near);
-    beams.push_back({p, scan.lidar.noise.range_sigma, !grounded});
+    beams.push_back({p, scan.lidar.noise.range_sigma, !grounded, true});
   }
   return beams;
 }
@@ -83,6 +90,8 @@ ScanOccupancy occupancy_of_scans(const ForEachScan& for_each_scan, const Traject
   const GroundHits none({});
   ScanOccupancy all;
   std::optional<OccupancyGrid> scanners;  // real scans alone, strays and all
+  NoReturns no_returns;
+  std::map<double, bool> free;  // by range_max: whether empty beams are
   Batch batch(settings.threads);
   const auto each = [&](std::optional<OccupancyGrid>& grid, const auto& take) {
     double under = 0;  // the body: map z of its ground, where ramps lead to others
@@ -97,18 +106,28 @@ ScanOccupancy occupancy_of_scans(const ForEachScan& for_each_scan, const Traject
   const auto add = [&](std::optional<OccupancyGrid>& grid, const io::KeptScan& kept,
                        const SE3& T_map_lidar, double under, const OccupancyGrid* first_grid) {
     if (!grid) grid.emplace(with_scanner(occupancy_options(settings), T_map_lidar, under));
-    batch.add(*grid, T_map_lidar, beams_of(kept.scan, T_map_lidar, kept.from_depth ? none : ground),
+    const bool empty_is_free = first_grid != nullptr && free[kept.scan.range_max];
+    batch.add(*grid, T_map_lidar,
+              beams_of(kept.scan, T_map_lidar, kept.from_depth ? none : ground, empty_is_free),
               under, first_grid);
   };
   each(scanners, [&](const io::KeptScan& kept, const SE3& T_map_lidar, double under) {
-    if (!kept.from_depth) add(scanners, kept, T_map_lidar, under, nullptr);
+    all.of_images = all.of_images || kept.from_depth;
+    if (kept.from_depth) return;
+    add(scanners, kept, T_map_lidar, under, nullptr);
+    if (settings.no_return_is_free != NoReturn::kFalse) no_returns.add(kept.scan, T_map_lidar);
+    free.try_emplace(kept.scan.range_max, settings.no_return_is_free == NoReturn::kTrue);
   });
+  if (settings.no_return_is_free == NoReturn::kAuto) {
+    for (auto& [range_max, is] : free) is = no_returns.free(range_max, *scanners);
+  }
   each(all.grid, [&](const io::KeptScan& kept, const SE3& T_map_lidar, double under) {
     add(all.grid, kept, T_map_lidar, under, kept.from_depth || !scanners ? nullptr : &*scanners);
     const double height = T_map_lidar.translation().z() - under;
     all.low = std::min(all.low, height);
     all.high = std::max(all.high, height);
   });
+  if (all.of_images) all.scanners = std::move(scanners);
   return all;
 }
 

@@ -43,7 +43,7 @@ PlannerOptions options_of(const std::filesystem::path& map) {
 
 int plan(const std::filesystem::path& map, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
   if (!std::filesystem::exists(map / "grid" / "grid.yaml")) require_map_folder(map);
-  const NavigabilityGrid grid = io::to_grid(io::read_grid(map / "grid"));
+  const NavigabilityGrid grid = io::read_grid(map / "grid").grid;
   const Plan plan = plan_path(grid, from, to, options_of(map));
   if (plan.status != PlanStatus::kFound) {
     io::write_path_png(map / "path.png", grid, {from, to}, false);

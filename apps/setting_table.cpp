@@ -37,6 +37,12 @@ std::vector<Setting> general_rows() {
       LAMINA_ROW("lidar.find_sweep", find_sweep,
                  "turns tell the sweep where neither recording nor setting do; online once there "
                  "were enough"),
+      row_enum(
+          "lidar.no_return_is_free", [](Settings & s) -> auto& { return s.no_return_is_free; },
+          {"auto", "true", "false"},
+          "whether beams without return clear the occupancy grid up to the scanner's range_max "
+          "(REP 117: inf); auto: where it returns from things that far, and they do not go through "
+          "walls"),
       LAMINA_ROW("lidar.delay_s", scanner_delay,
                  "s that scans' stamps are late by: taken off them"),
       LAMINA_ROW("camera.delay_s", camera_delay, "likewise, of images and clouds"),

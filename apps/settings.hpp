@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <lamina/apps/no_returns.hpp>
 #include <lamina/apps/setting.hpp>
 #include <lamina/backend/mapper_options.hpp>
 #include <lamina/frontend/floor/floor_options.hpp>
@@ -38,6 +39,8 @@ struct Settings {
   double scanner_delay = 0, camera_delay = 0, odometry_delay = 0;
   bool find_clocks = true;  ///< offline: turns tell delays
   bool find_sweep = true;   ///< offline: turns tell it where nothing does
+  /// Whether a scanner's beams that did not come back met nothing up to its range_max.
+  NoReturn no_return_is_free = NoReturn::kAuto;
   RobotOptions robot;
   FloorOptions floor;
   ScanOptions scan;  ///< height, step and slope of the robot are taken from `robot`

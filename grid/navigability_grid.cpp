@@ -1,17 +1,20 @@
 // Layers as images.
 #include <lamina/grid/navigability_grid.hpp>
 
+#include <algorithm>
+
 namespace lamina {
 
-std::vector<float> layer_image(const NavigabilityGrid& grid, const GridGeometry& geometry,
-                               float NavigabilityCell::*layer) {
-  std::vector<float> image(
-      static_cast<std::size_t>(geometry.width) * static_cast<std::size_t>(geometry.height),
-      NavigabilityCell::kUnknown);
-  grid.for_each([&](const CellIndex& c, const NavigabilityCell& cell) {
-    if (geometry.contains(c)) image[geometry.image_index(c)] = cell.*layer;
+void layer_row(const NavigabilityGrid& grid, const GridGeometry& geometry, int row,
+               float NavigabilityCell::*layer, float* out) {
+  std::fill_n(out, geometry.width, NavigabilityCell::kUnknown);
+  const std::int32_t j = geometry.first.j + geometry.height - 1 - row;
+  grid.for_each_in_row(j, [&](const CellIndex& first, const NavigabilityCell* cells) {
+    const std::int32_t from = std::max(0, geometry.first.i - first.i);
+    const std::int32_t to =
+        std::min(NavigabilityGrid::kTile, geometry.first.i + geometry.width - first.i);
+    for (std::int32_t k = from; k < to; ++k) out[first.i + k - geometry.first.i] = cells[k].*layer;
   });
-  return image;
 }
 
 }  // namespace lamina

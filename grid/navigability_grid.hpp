@@ -2,7 +2,6 @@
 #pragma once
 
 #include <limits>
-#include <vector>
 
 #include <lamina/grid/tiled_grid.hpp>
 
@@ -25,8 +24,9 @@ inline GridGeometry known_bounds(const NavigabilityGrid& grid) {
   return grid.bounds([](const NavigabilityCell& c) { return c.known() || c.height == c.height; });
 }
 
-/// One layer as an image over `geometry`: row 0 at the largest y, NaN where nothing is known.
-std::vector<float> layer_image(const NavigabilityGrid& grid, const GridGeometry& geometry,
-                               float NavigabilityCell::*layer);
+/// One row of a layer as an image over `geometry`, `width` values: row 0 at the largest y, NaN
+/// where nothing is known. Images of wide maps are never held whole.
+void layer_row(const NavigabilityGrid& grid, const GridGeometry& geometry, int row,
+               float NavigabilityCell::*layer, float* out);
 
 }  // namespace lamina

@@ -22,6 +22,38 @@ void fill_from_occupancy(NavigabilityGrid& grid, const OccupancyGrid& occupancy,
   });
 }
 
+namespace {
+
+bool stands_near(const NavigabilityGrid& grid, const CellIndex& c, int reach) {
+  for (int j = c.j - reach; j <= c.j + reach; ++j) {
+    for (int i = c.i - reach; i <= c.i + reach; ++i) {
+      const NavigabilityCell* cell = grid.find({i, j});
+      if (cell != nullptr && cell->navigability == 0) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+void agree_with_ground(OccupancyGrid& occupancy, const OccupancyGrid* scanners,
+                       const NavigabilityGrid& grid, const OccupancyFill& options) {
+  LAMINA_CHECK(std::abs(grid.resolution() - occupancy.cells().resolution()) < 1e-9);
+  const auto reach = static_cast<int>(std::lround(options.near / grid.resolution()));
+  grid.for_each([&](const CellIndex& c, const NavigabilityCell& cell) {
+    const auto p = static_cast<double>(occupancy.probability(c));
+    const bool free = cell.navigability > 0;
+    if (p < options.free || !(free || std::isfinite(cell.height)) || cell.navigability == 0) return;
+    if (scanners != nullptr && static_cast<double>(scanners->probability(c)) > options.occupied)
+      return;
+    if (free) {
+      occupancy.make_free(c);
+    } else if (p > options.occupied && !stands_near(grid, c, reach)) {
+      occupancy.forget(c);
+    }
+  });
+}
+
 std::vector<Eigen::Vector3d> without_passed(const std::vector<Eigen::Vector3d>& points_map,
                                             const OccupancyGrid& occupancy, double low, double high,
                                             const OccupancyFill& options,

@@ -15,6 +15,7 @@ struct OccupancyFill {
   double free = 0.196;       ///< and below which it is free
   double floor_trust = 0.5;  ///< how often what is clear at the scanner's height is floor: nothing
                              ///< looked at steps, holes and what is lower
+  double near = 0.1;         ///< m: edges are known to this, as RasterOptions has it
 };
 
 /// For maps in which no floor was seen at all (Rasterizer::floor_seen() is false): unknown cells of
@@ -24,6 +25,14 @@ struct OccupancyFill {
 /// seen means not known.
 void fill_from_occupancy(NavigabilityGrid& grid, const OccupancyGrid& occupancy,
                          const OccupancyFill& options = {});
+
+/// What scans made of images mark is what stands more than a step over the floor they fitted: ramps
+/// further up, swells and noise, too. Where `grid` knows better: cells that it calls free are free,
+/// and cells whose ground it saw, with nothing standing there or within `near` (m), are not
+/// occupied, unless a scanner found something (`scanners`; nullptr: there is none). `grid` as drawn
+/// from images; both must have one resolution.
+void agree_with_ground(OccupancyGrid& occupancy, const OccupancyGrid* scanners,
+                       const NavigabilityGrid& grid, const OccupancyFill& options = {});
 
 /// Map z (m) of the ground under a point of the map.
 using GroundBelow = std::function<double(const Eigen::Vector3d&)>;

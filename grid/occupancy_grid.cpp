@@ -53,6 +53,8 @@ bool any_about(const CellIndex& c, Is&& is) {
   return false;
 }
 
+float probability_of(const OccupancyCell& cell) { return 1.0F / (1.0F + std::exp(-cell.log_odds)); }
+
 void count(std::uint16_t& n) {
   if (n < std::numeric_limits<std::uint16_t>::max()) ++n;
 }
@@ -157,7 +159,8 @@ std::vector<CellTouch> OccupancyGrid::touches(const SE3& T_map_scan,
       const auto behind =
           ray.begin() + static_cast<std::ptrdiff_t>(went_on_behind(ray, end.head<2>()));
       // Of few beams alone: a cell is looked up for each that the ray passed.
-      const bool may_stray = first_grid != nullptr && !ends_beside_another(beams, k);
+      const bool may_stray =
+          first_grid != nullptr && (!beam.returned || !ends_beside_another(beams, k));
       const auto wall = may_stray ? std::find_if(ray.begin(), behind, solid_there) : behind;
       for (auto c = ray.begin(); c != wall; ++c) cells.touch(*c, Touch::kPassed);
       if (wall != behind) {
@@ -172,14 +175,13 @@ std::vector<CellTouch> OccupancyGrid::touches(const SE3& T_map_scan,
 }
 
 void OccupancyGrid::take(const std::vector<CellTouch>& touches) {
-  ++scans_;
   const auto limit = static_cast<float>(options_.log_odds_limit);
   for (const auto& [at, touch] : touches) {
     const bool marked = touch == Touch::kMarked;
     const double change = marked ? options_.log_odds_hit : -options_.log_odds_miss;
     OccupancyCell& cell = cells_.at_or_new(at);
-    cell.scan = scans_;
-    cell.log_odds = std::clamp(cell.log_odds + static_cast<float>(change), -limit, limit);
+    const float before = cell.seen() ? cell.log_odds : 0.0F;
+    cell.log_odds = std::clamp(before + static_cast<float>(change), -limit, limit);
     if (marked) count(cell.ends);
     if (touch == Touch::kPassed) count(cell.passes);
   }
@@ -197,25 +199,42 @@ double OccupancyGrid::reach(const std::vector<OccupancyBeam>& beams) const {
 
 bool OccupancyGrid::solid(const CellIndex& c) const { return is_solid(cells_.find(c)); }
 
+bool OccupancyGrid::solid_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
+  std::vector<CellIndex> ray;
+  trace(from, to, ray);
+  return std::any_of(ray.begin(), ray.end(), [this](const CellIndex& c) { return solid(c); });
+}
+
+void OccupancyGrid::make_free(const CellIndex& c) {
+  OccupancyCell& cell = cells_.at_or_new(c);
+  cell.log_odds = -static_cast<float>(options_.log_odds_limit);
+}
+
+void OccupancyGrid::forget(const CellIndex& c) {
+  if (OccupancyCell* cell = cells_.find(c)) *cell = {};
+}
+
 float OccupancyGrid::probability(const CellIndex& c) const {
   const OccupancyCell* cell = cells_.find(c);
   if (cell == nullptr || !cell->seen()) return std::numeric_limits<float>::quiet_NaN();
-  return 1.0f / (1.0f + std::exp(-cell->log_odds));
+  return probability_of(*cell);
 }
 
 GridGeometry OccupancyGrid::bounds() const {
   return cells_.bounds([](const OccupancyCell& cell) { return cell.seen(); });
 }
 
-std::vector<float> OccupancyGrid::image(const GridGeometry& geometry) const {
-  std::vector<float> pixels(
-      static_cast<std::size_t>(geometry.width) * static_cast<std::size_t>(geometry.height),
-      std::numeric_limits<float>::quiet_NaN());
-  cells_.for_each([&](const CellIndex& c, const OccupancyCell& cell) {
-    if (!cell.seen() || !geometry.contains(c)) return;
-    pixels[geometry.image_index(c)] = 1.0f / (1.0f + std::exp(-cell.log_odds));
+void OccupancyGrid::image_row(const GridGeometry& geometry, int row, float* out) const {
+  std::fill_n(out, geometry.width, std::numeric_limits<float>::quiet_NaN());
+  const std::int32_t j = geometry.first.j + geometry.height - 1 - row;
+  cells_.for_each_in_row(j, [&](const CellIndex& first, const OccupancyCell* cells) {
+    const std::int32_t from = std::max(0, geometry.first.i - first.i);
+    const std::int32_t to =
+        std::min(TiledGrid<OccupancyCell>::kTile, geometry.first.i + geometry.width - first.i);
+    for (std::int32_t k = from; k < to; ++k) {
+      if (cells[k].seen()) out[first.i + k - geometry.first.i] = probability_of(cells[k]);
+    }
   });
-  return pixels;
 }
 
 }  // namespace lamina

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -28,19 +29,20 @@ struct OccupancyBeam {
   Eigen::Vector2d end_scan = Eigen::Vector2d::Zero();  ///< m, in the scan plane
   double sigma = 0.01;                                 ///< m, along the ray
   bool obstacle = true;  ///< false: the ray ends without one (end of knowledge); it clears only
+  bool returned = true;  ///< false: nothing came back; it clears up to what is solid
 };
 
 struct OccupancyCell {
-  float log_odds = 0;
-  std::int32_t scan = 0;  ///< number of the last scan that updated it, from 1; 0: none has
+  float log_odds = std::numeric_limits<float>::quiet_NaN();  ///< NaN: no scan said anything of it
   std::uint16_t ends = 0, passes = 0;  ///< scans that marked it; whose rays went on 0.3 m behind it
-  bool seen() const { return scan > 0; }
+  bool seen() const { return log_odds == log_odds; }
 };
 
 /// [Moravec1985] in log-odds. Each ray clears the cells it crosses up to three sigma before its end
-/// and marks those its end may lie in. A beam that did not return is left out by the caller: it
-/// clears nothing. Rays are cut to the height band of the robot, so that a tilted scanner marks
-/// floor neither occupied nor, beyond where the ray left the band, free.
+/// and marks those its end may lie in. A beam that did not return is left out by the caller, or
+/// given as long as it is known to have met nothing. Rays are cut to the height band of the robot,
+/// so that a tilted scanner marks floor neither occupied nor, beyond where the ray left the band,
+/// free.
 class OccupancyGrid {
  public:
   explicit OccupancyGrid(const OccupancyOptions& options = {});
@@ -63,12 +65,17 @@ class OccupancyGrid {
   /// Nearly all rays that came to it ended there: occupied in the end, four scans at least marked
   /// it, and rays of half as many at most went on behind. Glass, jambs and what has left are not.
   bool solid(const CellIndex& cell) const;
+  /// Whether a line (map frame, m) crosses a solid cell.
+  bool solid_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
+  /// Takes back what marked a cell: free, or as if no ray had been there.
+  void make_free(const CellIndex& cell);
+  void forget(const CellIndex& cell);
 
   /// Probability of being occupied in [0, 1]; NaN where no ray has been.
   float probability(const CellIndex& cell) const;
   GridGeometry bounds() const;
-  /// Row 0 at the largest y; NaN where no ray has been.
-  std::vector<float> image(const GridGeometry& geometry) const;
+  /// A row of probabilities over `geometry`, row 0 at the largest y; NaN where no ray has been.
+  void image_row(const GridGeometry& geometry, int row, float* out) const;
   const TiledGrid<OccupancyCell>& cells() const { return cells_; }
   void clear() { cells_.clear(); }
 
@@ -79,7 +86,6 @@ class OccupancyGrid {
   double reach(const std::vector<OccupancyBeam>& beams) const;
   OccupancyOptions options_;
   TiledGrid<OccupancyCell> cells_;
-  std::int32_t scans_ = 0;
   TouchedCells touched_;  // of one scan
 };
 

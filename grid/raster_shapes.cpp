@@ -8,9 +8,6 @@ namespace lamina::raster {
 namespace {
 
 constexpr float kFar = 1e6F;
-constexpr double kAstride = 0.1;  // m: edges are known to this, tops and feet of walls to half
-
-bool inside(int i, int j) { return i >= 0 && j >= 0 && i < kSide && j < kSide; }
 
 // Height and uncertainty of a plane over a place. The height along the normal at in-plane offset
 // (a, b) from the centre changes by d2 - a d0 - b d1 for the tangent (d0, d1, d2); with (a, b) = A
@@ -69,32 +66,6 @@ void each_cell(const Surfel& surfel, double reach, const Canvas& canvas, Visit&&
   }
 }
 
-// Where the line y = `at` (x = `at` with Axis 0) meets a closed outline, ascending pairs.
-template <int Axis>
-void crossings(const std::vector<Eigen::Vector2d>& outline, double at, std::vector<double>& out) {
-  out.clear();
-  for (std::size_t k = 0, n = outline.size(); k < n; ++k) {
-    const Eigen::Vector2d &a = outline[k], &b = outline[(k + 1) % n];
-    if ((a[Axis] <= at) == (b[Axis] <= at)) continue;
-    out.push_back(a[1 - Axis] + (b[1 - Axis] - a[1 - Axis]) * (at - a[Axis]) / (b[Axis] - a[Axis]));
-  }
-  std::sort(out.begin(), out.end());
-}
-
-void put_obstacle(const Eigen::Vector2d& xy, double z0, double z1, Canvas& canvas) {
-  const CellIndex c = cell_of(xy, canvas.options.resolution);
-  const int i = c.i - canvas.tile.first.i, j = c.j - canvas.tile.first.j;
-  if (!inside(i, j)) return;
-  canvas.tile.obstacles.push_back(
-      {cell_in(i, j), static_cast<float>(std::min(z0, z1)), static_cast<float>(std::max(z0, z1))});
-}
-
-void bar(const Eigen::Vector2d& xy, double z0, double z1, Canvas& canvas) {
-  const CellIndex c = cell_of(xy, canvas.options.resolution);
-  canvas.discs.wall(c.i - canvas.tile.first.i, c.j - canvas.tile.first.j,
-                    static_cast<float>(std::min(z0, z1)), static_cast<float>(std::max(z0, z1)));
-}
-
 // A plane holds where its surfels are; one that has none, where others are not.
 bool fills(const Support& s, bool has_surfels, int i, int j, const Canvas& canvas) {
   const DiscDistance::Nearest disc = canvas.discs.at(i, j);
@@ -112,13 +83,23 @@ bool fills(const Support& s, bool has_surfels, int i, int j, const Canvas& canva
          canvas.discs.wall_near(i, j, canvas.options.wall_near, s.height);
 }
 
-void fill_outline(const std::vector<Eigen::Vector2d>& outline, const Incline& incline,
+// Where the line y = `at` meets the edges of a closed outline, ascending.
+void crossings(const std::vector<OutlineBands::Edge>& edges, double at, std::vector<double>& out) {
+  out.clear();
+  for (const auto& [a, b] : edges) {
+    if ((a.y() <= at) == (b.y() <= at)) continue;
+    out.push_back(a.x() + (b.x() - a.x()) * (at - a.y()) / (b.y() - a.y()));
+  }
+  std::sort(out.begin(), out.end());
+}
+
+void fill_outline(const std::vector<OutlineBands::Edge>& edges, const Incline& incline,
                   const LocalOffsets::Offset& offset, std::int32_t source, bool has_surfels,
                   Canvas& canvas) {
   const double r = canvas.options.resolution;
   std::vector<double> xs;
   for (int j = 0; j < kSide; ++j) {
-    crossings<1>(outline, (canvas.tile.first.j + j + 0.5) * r, xs);
+    crossings(edges, (canvas.tile.first.j + j + 0.5) * r, xs);
     for (std::size_t k = 0; k + 1 < xs.size(); k += 2) {
       const double x0 = xs[k] / r - 0.5 - canvas.tile.first.i;
       const double x1 = xs[k + 1] / r - 0.5 - canvas.tile.first.i;
@@ -149,10 +130,9 @@ void fill_outline(const std::vector<Eigen::Vector2d>& outline, const Incline& in
 }
 
 // Undersides narrower than a cell: their border, in half cells.
-void trace_outline(const std::vector<Eigen::Vector3d>& outline, Canvas& canvas) {
+void trace_outline(const std::vector<OutlineBands::Edge>& edges, Canvas& canvas) {
   const double step = canvas.options.resolution / 2;
-  for (std::size_t k = 0, n = outline.size(); k < n; ++k) {
-    const Eigen::Vector3d &a = outline[k], &b = outline[(k + 1) % n];
+  for (const auto& [a, b] : edges) {
     const int pieces = 1 + static_cast<int>((b - a).norm() / step);
     for (int m = 0; m < pieces; ++m) {
       const Eigen::Vector3d p = a + (b - a) * (m / static_cast<double>(pieces));
@@ -161,54 +141,15 @@ void trace_outline(const std::vector<Eigen::Vector3d>& outline, Canvas& canvas) 
   }
 }
 
-// Columns half a cell apart along the wall; where it leans, pieces that stay in a cell.
-void draw_wall(const MapPlane& plane, const std::vector<Eigen::Vector3d>& outline, Canvas& canvas) {
-  const Eigen::Vector3d& n = plane.plane_map.normal();
-  const double flat = n.head<2>().norm(), r = canvas.options.resolution;
-  const Eigen::Vector3d along(-n.y() / flat, n.x() / flat, 0);
-  const Eigen::Vector3d up(-n.x() * n.z() / flat, -n.y() * n.z() / flat, flat);
-  std::vector<Eigen::Vector2d> uv;
-  double u0 = 1e300, u1 = -1e300, lean = 0;
-  for (const Eigen::Vector3d& p : outline) {
-    const Eigen::Vector3d d = p - plane.centroid_map;
-    uv.emplace_back(along.dot(d), up.dot(d));
-    u0 = std::min(u0, uv.back().x());
-    u1 = std::max(u1, uv.back().x());
-    lean = std::max(lean, std::abs(uv.back().y() * n.z()));
-  }
-  const double margin = r + lean + wall_reach(canvas.options);
-  const Eigen::Vector2d low = canvas.center(0, 0).array() - margin;
-  const Eigen::Vector2d high = canvas.center(kSide - 1, kSide - 1).array() + margin;
-  // Half a cell either way: whose centre is that near to a wall is touched by it, and a wall on the
-  // border of two cells stands in both.
-  const Eigen::Vector2d aside = 0.5 * r / flat * n.head<2>();
-  const int columns = std::max(1, static_cast<int>(std::ceil((u1 - u0) / (r / 2))));
-  std::vector<double> vs;
-  for (int k = 0; k < columns; ++k) {
-    const double u = u0 + (k + 0.5) * (u1 - u0) / columns;
-    const Eigen::Vector3d foot = plane.centroid_map + u * along;
-    if ((foot.head<2>().array() < low.array()).any() ||
-        (foot.head<2>().array() > high.array()).any()) {
-      continue;
-    }
-    crossings<0>(uv, u, vs);
-    for (std::size_t m = 0; m + 1 < vs.size(); m += 2) {
-      const double v0 = vs[m] - kAstride / 2, span = vs[m + 1] + kAstride / 2 - v0;
-      const int pieces = 1 + static_cast<int>(span * std::abs(n.z()) / (r / 2));
-      for (int q = 0; q < pieces; ++q) {
-        const Eigen::Vector3d a = foot + (v0 + span * q / pieces) * up;
-        const Eigen::Vector3d b = foot + (v0 + span * (q + 1) / pieces) * up;
-        const Eigen::Vector2d middle = 0.5 * (a + b).head<2>();
-        for (const double share : {-1.0, 0.0, 1.0}) {
-          put_obstacle(middle + share * aside, a.z(), b.z(), canvas);
-          bar(middle + share * aside, a.z(), b.z(), canvas);
-        }
-      }
-    }
-  }
-}
-
 }  // namespace
+
+void put_obstacle(const Eigen::Vector2d& xy, double z0, double z1, Canvas& canvas) {
+  const CellIndex c = cell_of(xy, canvas.options.resolution);
+  const int i = c.i - canvas.tile.first.i, j = c.j - canvas.tile.first.j;
+  if (!inside(i, j)) return;
+  canvas.tile.obstacles.push_back(
+      {cell_in(i, j), static_cast<float>(std::min(z0, z1)), static_cast<float>(std::max(z0, z1))});
+}
 
 DiscDistance::DiscDistance(double resolution, double reach)
     : resolution_(resolution),
@@ -374,26 +315,16 @@ void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas) {
   });
 }
 
-double wall_reach(const RasterOptions& options) {
-  return std::max(options.wall_gap + kAstride, options.wall_near) + options.resolution;
-}
-
-void draw_walls(const MapPlane& plane, Canvas& canvas) {
-  for (const std::vector<Eigen::Vector3d>& outline : plane.outlines_map) {
-    if (!outline.empty()) draw_wall(plane, outline, canvas);
-  }
-}
-
-void draw_floor(const MapPlane& plane, std::int32_t index, bool has_surfels, Canvas& canvas) {
+void draw_floor(const MapPlane& plane, std::int32_t index, bool has_surfels,
+                const OutlineBands& bands, Canvas& canvas) {
   const Eigen::Vector3d& n = plane.plane_map.normal();
+  const std::vector<OutlineBands::Piece>& pieces = bands.at(canvas.tile.first.j / kSide);
+  if (pieces.empty()) return;
   const Incline incline(plane.centroid_map, n, plane.covariance);
   const LocalOffsets::Offset offset = canvas.offsets.of(plane);
-  for (const std::vector<Eigen::Vector3d>& outline : plane.outlines_map) {
-    if (outline.empty()) continue;
-    std::vector<Eigen::Vector2d> flat;
-    for (const Eigen::Vector3d& p : outline) flat.push_back(p.head<2>());
-    fill_outline(flat, incline, offset, 2 * index + 1, has_surfels, canvas);
-    if (n.z() < 0) trace_outline(outline, canvas);
+  for (const OutlineBands::Piece& piece : pieces) {
+    fill_outline(piece.edges, incline, offset, 2 * index + 1, has_surfels, canvas);
+    if (n.z() < 0) trace_outline(piece.edges, canvas);
   }
 }
 

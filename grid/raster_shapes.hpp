@@ -3,12 +3,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <vector>
 
+#include <lamina/grid/raster_bands.hpp>
 #include <lamina/grid/raster_tile.hpp>
 
 namespace lamina::raster {
+
+constexpr double kAstride = 0.1;  // m: edges are known to this, tops and feet of walls to half
+
+inline bool inside(int i, int j) { return i >= 0 && j >= 0 && i < kSide && j < kSide; }
 
 /// How far the nearest disc is from each cell, over a tile and a margin around it.
 class DiscDistance {
@@ -25,6 +31,12 @@ class DiscDistance {
     float height = 0;     ///< of the disc nearest by that way; of the other where there is none
   };
   Nearest at(int i, int j) const;
+  /// The height of the disc over a cell (at most a tile's margin outside), NaN: none.
+  float disc(int i, int j) const {
+    const bool there = i >= -margin_ && j >= -margin_ && i < kSide + margin_ && j < kSide + margin_;
+    if (!there || distance_[index(i, j)] != 0.0F) return std::numeric_limits<float>::quiet_NaN();
+    return height_[index(i, j)];
+  }
   /// Does a wall stand, in the robot's height above `floor`, within so much of the cell?
   bool wall_near(int i, int j, double reach, float floor) const;
   /// Does a disc lie within so much of the cell (in either direction), no further than `gap` from
@@ -118,6 +130,8 @@ struct Canvas {
   }
 };
 
+/// Something from z0 to z1 (map z, m) over a place.
+void put_obstacle(const Eigen::Vector2d& xy, double z0, double z1, Canvas& canvas);
 /// Reach of walls beyond a tile that matters to it, m.
 double wall_reach(const RasterOptions& options);
 void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas);
@@ -125,7 +139,8 @@ void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas);
 void draw_walls(const MapPlane& plane, Canvas& canvas);
 /// Surfaces and undersides cell by cell; nothing of steep planes.
 /// `has_surfels`: anywhere, so that those tell its holes.
-void draw_floor(const MapPlane& plane, std::int32_t index, bool has_surfels, Canvas& canvas);
+void draw_floor(const MapPlane& plane, std::int32_t index, bool has_surfels,
+                const OutlineBands& bands, Canvas& canvas);
 inline bool is_steep(const MapPlane& plane) {
   return std::abs(plane.plane_map.normal().z()) < kSteepCosine;
 }

@@ -153,7 +153,7 @@ void choose_again(const std::vector<PathPoint>& path, float fallback, const Rast
                   Tile& tile) {
   const std::vector<Site> old = std::move(tile.sites);
   tile.sites.clear();
-  if (tile.has_evidence()) choose_sites(path, fallback, options, tile);
+  if (tile.has_evidence() && tile.says_anything()) choose_sites(path, fallback, options, tile);
   tile.changed = {};
   // No site is as good as one that says nothing.
   const auto nothing = [](const Site& s) { return !s.supported && !s.blocked && s.flags == 0; };

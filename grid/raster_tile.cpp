@@ -175,7 +175,7 @@ void join_cells(int a, int b, const RasterOptions& options, const Tile& tile, Co
 }
 
 void draw(const PlanarMap& map, const SurfelCounts& surfels_of, const RasterOptions& options,
-          Tile& tile) {
+          BandsOfPlanes& bands, Tile& tile) {
   tile.flags.fill(0);
   tile.obstacles.clear();
   Canvas canvas{tile, options, DiscDistance(options.resolution, options.plane_ring), {}, {},
@@ -203,7 +203,8 @@ void draw(const PlanarMap& map, const SurfelCounts& surfels_of, const RasterOpti
   }
   for (const std::int32_t k : tile.planes) {
     const MapPlane& plane = map.planes[static_cast<std::size_t>(k)];
-    if (!is_steep(plane)) draw_floor(plane, k, surfels_of.contains(plane.id), canvas);
+    if (!is_steep(plane))
+      draw_floor(plane, k, surfels_of.contains(plane.id), bands.of(k, plane), canvas);
   }
   tile.obstacles.insert(tile.obstacles.end(), canvas.points.begin(), canvas.points.end());
   for (const std::int32_t k : tile.edges) {
@@ -244,12 +245,12 @@ static_assert(sizeof(Level) == 10 * 4 && sizeof(Obstacle) == 3 * 4);  // no gaps
 }  // namespace
 
 bool draw_evidence(const PlanarMap& map, const SurfelCounts& surfels_of,
-                   const RasterOptions& options, Tile& tile) {
+                   const RasterOptions& options, BandsOfPlanes& bands, Tile& tile) {
   const auto flags = tile.flags;
   const auto level_of = tile.level_of;
   const std::vector<Level> levels = std::move(tile.levels);
   const std::vector<Obstacle> obstacles = std::move(tile.obstacles);
-  draw(map, surfels_of, options, tile);
+  draw(map, surfels_of, options, bands, tile);
   label_components(options, tile);
   return !(flags == tile.flags && level_of == tile.level_of && same(levels, tile.levels) &&
            same(obstacles, tile.obstacles));

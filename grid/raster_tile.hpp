@@ -11,6 +11,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include <lamina/grid/raster_bands.hpp>
 #include <lamina/grid/raster_mask.hpp>
 #include <lamina/grid/rasterizer.hpp>
 
@@ -124,6 +125,11 @@ struct Tile {
   bool has_evidence() const {
     return !surfels.empty() || !planes.empty() || !edges.empty() || !points.empty();
   }
+  /// Something was drawn: only then there may be sites that say anything.
+  bool says_anything() const {
+    return !levels.empty() || !obstacles.empty() ||
+           std::any_of(flags.begin(), flags.end(), [](std::uint8_t f) { return f != 0; });
+  }
   std::span<const Level> levels_at(int cell) const {
     const auto c = static_cast<std::size_t>(cell);
     return std::span(levels).subspan(level_of[c],
@@ -168,7 +174,7 @@ using SurfelCounts = std::unordered_map<std::int64_t, std::int64_t>;
 /// Steps 1 and 2: evidence of the tile to levels, obstacles, flags; components of its levels.
 /// False: all as it was.
 bool draw_evidence(const PlanarMap& map, const SurfelCounts& surfels_of,
-                   const RasterOptions& options, Tile& tile);
+                   const RasterOptions& options, BandsOfPlanes& bands, Tile& tile);
 /// Which of them lies best under each pose of the path. `path` as for the tile's seeds.
 void find_seeds(const std::vector<PathPoint>& path, const RasterOptions& options, Tile& tile);
 /// May a robot's floor go on from one level to the other? Generous: twice T where noise is large.

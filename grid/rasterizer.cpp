@@ -37,7 +37,7 @@ struct Rasterizer::State {
     return it == book.tiles.end() ? nullptr : it->second.get();
   }
   void draw(const PlanarMap& map);
-  void draw(const PlanarMap& map, Tile& tile, std::vector<TileKey>& linked);
+  void draw(const PlanarMap& map, BandsOfPlanes& bands, Tile& tile, std::vector<TileKey>& linked);
   void link(const TileKey& key, Tile& tile);
   void lead(std::vector<std::int32_t>& asked);
   Leader leader(std::size_t seed) const;
@@ -57,10 +57,11 @@ struct Rasterizer::State {
 // Steps of one update.
 void Rasterizer::State::draw(const PlanarMap& map) {
   drawn = 0;
+  BandsOfPlanes bands(options.resolution * kSide);
   std::vector<TileKey> linked;
   std::vector<std::int32_t> asked;  // seeds
   for (Tile* tile : book.marked) {
-    if (tile->redraw) draw(map, *tile, linked);
+    if (tile->redraw) draw(map, bands, *tile, linked);
     if (!tile->reseed) continue;
     for (const Vote& vote : tile->votes) asked.push_back(vote.pose);
     find_seeds(book.seeds, options, *tile);
@@ -74,10 +75,11 @@ void Rasterizer::State::draw(const PlanarMap& map) {
   lead(asked);
 }
 
-void Rasterizer::State::draw(const PlanarMap& map, Tile& tile, std::vector<TileKey>& linked) {
+void Rasterizer::State::draw(const PlanarMap& map, BandsOfPlanes& bands, Tile& tile,
+                             std::vector<TileKey>& linked) {
   if (!tile.has_evidence() && tile.sites.empty()) return;
   const std::int32_t components = tile.components;
-  const bool changed = draw_evidence(map, book.surfels_of, options, tile);
+  const bool changed = draw_evidence(map, book.surfels_of, options, bands, tile);
   ++drawn;
   tile.rechoose = tile.rechoose || changed || !tile.has_evidence();
   if (!changed) return;

@@ -88,6 +88,17 @@ class TiledGrid {
     }
   }
 
+  /// visit(CellIndex of the first, const Cell*) for the kTile cells of each tile in row `j`, by
+  /// column.
+  template <class Visit>
+  void for_each_in_row(std::int32_t j, Visit&& visit) const {
+    const std::int32_t row = key_of({0, j}).first;
+    for (auto it = tiles_.lower_bound({row, INT32_MIN});
+         it != tiles_.end() && it->first.first == row; ++it) {
+      visit(CellIndex{it->second->first.i, j}, &it->second->at(0, j - it->second->first.j));
+    }
+  }
+
   /// The smallest rectangle of cells for which known(cell) is true; empty when none is.
   template <class Known>
   GridGeometry bounds(Known&& known) const {

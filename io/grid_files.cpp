@@ -4,7 +4,12 @@
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <ostream>
+#include <vector>
 
 #include <lamina/io/atomic_file.hpp>
 #include <lamina/io/image_files.hpp>
@@ -36,31 +41,13 @@ GridGeometry at_least_one_cell(GridGeometry g) {
   return g;
 }
 
-}  // namespace
-
-void write_grid(const std::filesystem::path& folder, const NavigabilityGrid& grid) {
-  const GridGeometry g = at_least_one_cell(known_bounds(grid));
-  make_output_folder(folder);
-  for (std::size_t k = 0; k < std::size(kLayers); ++k) {
-    write_float_tiff(folder / (std::string(kLayers[k]) + ".tiff"), g.width, g.height,
-                     layer_image(grid, g, layer_of(k)));
-  }
-  const Eigen::Vector2d origin = g.origin();
-  write_atomically(folder / "grid.yaml",
-                   fmt::format("resolution: {}\norigin: [{}, {}, 0]\nwidth: {}\nheight: {}\n"
-                               "layers: [height, slope, navigability, confidence]\n",
-                               g.resolution, origin.x(), origin.y(), g.width, g.height));
-}
-
-GridImages read_grid(const std::filesystem::path& folder) {
-  const std::filesystem::path file = folder / "grid.yaml";
-  GridImages images;
+GridGeometry read_geometry(const std::filesystem::path& file) {
   if (!std::filesystem::is_regular_file(file)) {
     throw Error(file.string() + ": found no such file, expected grid.yaml of a map");
   }
   try {
     const YAML::Node yaml = YAML::LoadFile(file.string());
-    GridGeometry& g = images.geometry;
+    GridGeometry g;
     g.resolution = yaml["resolution"].as<double>();
     g.width = yaml["width"].as<int>();
     g.height = yaml["height"].as<int>();
@@ -70,61 +57,90 @@ GridImages read_grid(const std::filesystem::path& folder) {
     g.first = {
         static_cast<std::int32_t>(std::lround(yaml["origin"][0].as<double>() / g.resolution)),
         static_cast<std::int32_t>(std::lround(yaml["origin"][1].as<double>() / g.resolution))};
+    return g;
   } catch (const YAML::Exception& error) {
     throw Error(file.string() + ": " + error.what() + ", expected grid.yaml of a map");
   }
-  std::vector<float>* layers[] = {&images.height, &images.slope, &images.navigability,
-                                  &images.confidence};
-  for (std::size_t k = 0; k < std::size(kLayers); ++k) {
-    *layers[k] = read_float_tiff(folder / (std::string(kLayers[k]) + ".tiff"),
-                                 images.geometry.width, images.geometry.height);
-  }
-  return images;
 }
 
-NavigabilityGrid to_grid(const GridImages& images) {
-  NavigabilityGrid grid(images.geometry.resolution);
-  const GridGeometry& g = images.geometry;
-  for (int row = 0; row < g.height; ++row) {
-    for (int i = 0; i < g.width; ++i) {
-      const CellIndex c{g.first.i + i, g.first.j + row};
-      const std::size_t k = g.image_index(c);
-      if (std::isnan(images.navigability[k]) && std::isnan(images.height[k])) continue;
-      grid.at_or_new(c) = {images.height[k], images.slope[k], images.navigability[k],
-                           images.confidence[k]};
-    }
+}  // namespace
+
+void write_grid(const std::filesystem::path& folder, const NavigabilityGrid& grid) {
+  const GridGeometry g = at_least_one_cell(known_bounds(grid));
+  make_output_folder(folder);
+  const Eigen::Vector2d origin = g.origin();
+  const RasterPlace place{g.resolution, {origin.x(), origin.y() + g.height * g.resolution}};
+  for (std::size_t k = 0; k < std::size(kLayers); ++k) {
+    write_float_tiff(
+        folder / (std::string(kLayers[k]) + ".tiff"), g.width, g.height,
+        [&](int y, float* row) { layer_row(grid, g, y, layer_of(k), row); }, place);
   }
-  return grid;
+  write_atomically(folder / "grid.yaml",
+                   fmt::format("resolution: {}\norigin: [{}, {}, 0]\nwidth: {}\nheight: {}\n"
+                               "layers: [height, slope, navigability, confidence]\n",
+                               g.resolution, origin.x(), origin.y(), g.width, g.height));
+}
+
+WrittenGrid read_grid(const std::filesystem::path& folder) {
+  WrittenGrid written{read_geometry(folder / "grid.yaml"), NavigabilityGrid{}};
+  const GridGeometry& g = written.geometry;
+  written.grid = NavigabilityGrid(g.resolution);
+  // Navigability and height first: they make the cells, the others know these.
+  for (const std::size_t k : {std::size_t{2}, std::size_t{0}, std::size_t{1}, std::size_t{3}}) {
+    const bool makes = k == 2 || k == 0;
+    read_float_tiff(folder / (std::string(kLayers[k]) + ".tiff"), g.width, g.height,
+                    [&](int y, const float* row) {
+                      const std::int32_t j = g.first.j + g.height - 1 - y;
+                      for (std::int32_t i = 0; i < g.width; ++i) {
+                        if (std::isnan(row[i])) continue;
+                        const CellIndex c{g.first.i + i, j};
+                        if (makes) {
+                          written.grid.at_or_new(c).*layer_of(k) = row[i];
+                        } else if (NavigabilityCell* cell = written.grid.find(c)) {
+                          cell->*layer_of(k) = row[i];
+                        }
+                      }
+                    });
+  }
+  return written;
 }
 
 void write_navigability_map(const std::filesystem::path& folder, const NavigabilityGrid& grid) {
+  // Grey between the two thresholds where nothing is known: map_server of ROS 1 reads alpha only of
+  // what neither of them decides.
+  constexpr std::uint8_t kUnknownGrey = 128;
   const GridGeometry g = at_least_one_cell(known_bounds(grid));
-  const std::vector<float> values = layer_image(grid, g, &NavigabilityCell::navigability);
-  std::vector<std::uint8_t> pixels(2 * values.size(), 0);
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    if (std::isnan(values[k])) continue;
-    pixels[2 * k] = static_cast<std::uint8_t>(std::lround(255.0f * values[k]));
-    pixels[2 * k + 1] = 255;
-  }
-  write_png(folder / "map.png", g.width, g.height, 2, pixels);
+  std::vector<float> values(static_cast<std::size_t>(g.width));
+  write_png(folder / "map.png", g.width, g.height, 4, [&](int y, std::uint8_t* row) {
+    layer_row(grid, g, y, &NavigabilityCell::navigability, values.data());
+    for (const float value : values) {
+      const bool known = !std::isnan(value);
+      const auto grey =
+          known ? static_cast<std::uint8_t>(std::lround(255.0F * value)) : kUnknownGrey;
+      row = std::fill_n(row, 3, grey);
+      *row++ = known ? 255 : 0;
+    }
+  });
   write_atomically(folder / "map.yaml", map_yaml(g, "map.png", "scale"));
 }
 
 void write_occupancy_map(const std::filesystem::path& folder, const GridGeometry& geometry,
-                         const std::vector<float>& image) {
+                         const std::function<void(int row, float* values)>& fill) {
   const GridGeometry g = at_least_one_cell(geometry);
-  std::string pixels(static_cast<std::size_t>(g.width) * static_cast<std::size_t>(g.height),
-                     static_cast<char>(205));
-  for (std::size_t k = 0; k < image.size(); ++k) {
-    if (std::isnan(image[k])) continue;
-    if (image[k] > 0.65f) {
-      pixels[k] = static_cast<char>(0);
-    } else if (image[k] < 0.196f) {
-      pixels[k] = static_cast<char>(254);
+  std::vector<float> values(static_cast<std::size_t>(g.width),
+                            std::numeric_limits<float>::quiet_NaN());
+  std::string pixels(values.size(), '\0');
+  write_atomically(folder / "occupancy.pgm", [&](std::ostream& out) {
+    out << fmt::format("P5\n{} {}\n255\n", g.width, g.height);
+    for (int y = 0; y < g.height; ++y) {
+      if (!geometry.empty()) fill(y, values.data());
+      std::transform(values.begin(), values.end(), pixels.begin(), [](float p) {
+        constexpr std::uint8_t kOccupied = 0, kUnknown = 205, kFree = 254;
+        return static_cast<char>(p > 0.65F ? kOccupied : p < 0.196F ? kFree : kUnknown);
+      });
+      out.write(pixels.data(), static_cast<std::streamsize>(pixels.size()));
     }
-  }
-  write_atomically(folder / "occupancy.pgm",
-                   fmt::format("P5\n{} {}\n255\n", g.width, g.height) + pixels);
+  });
   write_atomically(folder / "occupancy.yaml", map_yaml(g, "occupancy.pgm", "trinary"));
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,22 +15,23 @@ namespace lamina::io {
 /// the largest y, NaN = unknown. Resolution and origin with full precision.
 void write_grid(const std::filesystem::path& folder, const NavigabilityGrid& grid);
 
-/// A grid as it was written: images over one geometry.
-struct GridImages {
+/// A grid as it was written: cells that are known or have a height, over the images' rectangle.
+struct WrittenGrid {
   GridGeometry geometry;
-  std::vector<float> height, slope, navigability, confidence;
+  NavigabilityGrid grid;
 };
-/// Reads the folder back; throws lamina::Error naming file and fault.
-GridImages read_grid(const std::filesystem::path& folder);
-NavigabilityGrid to_grid(const GridImages& images);
+/// Reads the folder back, row by row: memory goes with what is known. Throws lamina::Error naming
+/// file and fault.
+WrittenGrid read_grid(const std::filesystem::path& folder);
 
-/// map.yaml and map.png for map_server and nav2: mode scale, 8-bit grey and alpha, alpha 0 =
-/// unknown; white is navigability 1 (occupancy 0).
+/// map.yaml and map.png for map_server and nav2: mode scale, 8-bit RGBA, white is navigability 1
+/// (occupancy 0); unknown is grey 128 under alpha 0. map_server of ROS 1 [MapServer] calls a cell
+/// occupied by its colour before it asks for alpha, nav2's [Nav2] asks for alpha first.
 void write_navigability_map(const std::filesystem::path& folder, const NavigabilityGrid& grid);
 
-/// occupancy.yaml and occupancy.pgm: mode trinary, thresholds 0.65 / 0.196; `image` holds occupancy
-/// probabilities, row 0 at the largest y, NaN = unknown (205).
+/// occupancy.yaml and occupancy.pgm: mode trinary, thresholds 0.65 / 0.196; `fill` writes a row of
+/// occupancy probabilities, row 0 at the largest y, NaN = unknown (205).
 void write_occupancy_map(const std::filesystem::path& folder, const GridGeometry& geometry,
-                         const std::vector<float>& image);
+                         const std::function<void(int row, float* values)>& fill);
 
 }  // namespace lamina::io

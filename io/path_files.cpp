@@ -64,7 +64,10 @@ class Picture {
     }
   }
   void write(const std::filesystem::path& file) const {
-    write_png(file, width_, height_, 3, pixels_);
+    const std::size_t bytes = 3 * static_cast<std::size_t>(width_);
+    write_png(file, width_, height_, 3, [&](int y, std::uint8_t* row) {
+      std::copy_n(pixels_.data() + static_cast<std::size_t>(y) * bytes, bytes, row);
+    });
   }
 
  private:

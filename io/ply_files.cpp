@@ -7,6 +7,7 @@
 
 #include <lamina/io/atomic_file.hpp>
 #include <lamina/io/ply_places.hpp>
+#include <lamina/models/ear_clipping.hpp>
 
 namespace lamina::io {
 namespace {
@@ -30,38 +31,62 @@ std::array<std::uint8_t, 3> color_of(PlaneLabel label) {
   return {153, 153, 153};
 }
 
+// Planes as vertices, each outline's own, and triangles between them.
+class PlaneMesh {
+ public:
+  explicit PlaneMesh(const std::vector<MapPlane>& planes) {
+    for (const auto& plane : planes) {
+      for (const auto& outline : plane.outlines_map) {
+        for (const auto& point : outline) places_.see(point);
+      }
+    }
+    for (const auto& plane : planes) {
+      const SE3 T_plane_map = plane_frame(plane.plane_map, plane.centroid_map).inverse();
+      for (const auto& outline : plane.outlines_map) add(plane, T_plane_map, outline);
+    }
+  }
+
+  std::string text() const {
+    return "ply\nformat binary_little_endian 1.0\ncomment map frame, metres\nelement vertex " +
+           std::to_string(vertex_count_) + "\n" + places_.properties() +
+           "property float nx\nproperty float ny\nproperty float nz\n"
+           "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face " +
+           std::to_string(face_count_) +
+           "\nproperty list uchar int vertex_indices\nproperty int plane_id\nend_header\n" +
+           vertices_ + faces_;
+  }
+
+ private:
+  void add(const MapPlane& plane, const SE3& T_plane_map,
+           const std::vector<Eigen::Vector3d>& outline) {
+    const auto color = color_of(plane.label);
+    std::vector<Eigen::Vector2d> flat;
+    for (const auto& point : outline) {
+      flat.push_back((T_plane_map * point).head<2>());
+      places_.write(vertices_, point);
+      for (int k = 0; k < 3; ++k) put(vertices_, static_cast<float>(plane.plane_map.normal()[k]));
+      for (const auto channel : color) put(vertices_, channel);
+    }
+    for (const auto& triangle : triangles_of(flat)) {
+      put(faces_, std::uint8_t{3});
+      for (const std::size_t corner : triangle) {
+        put(faces_, static_cast<std::int32_t>(vertex_count_ + corner));
+      }
+      put(faces_, static_cast<std::int32_t>(plane.id));
+      ++face_count_;
+    }
+    vertex_count_ += outline.size();
+  }
+
+  PlyPlaces places_;
+  std::string vertices_, faces_;
+  std::size_t vertex_count_ = 0, face_count_ = 0;
+};
+
 }  // namespace
 
 void write_planes_ply(const std::filesystem::path& file, const std::vector<MapPlane>& planes) {
-  std::string vertices, faces;
-  std::size_t vertex_count = 0, face_count = 0;
-  PlyPlaces places;
-  for (const auto& plane : planes) {
-    for (const auto& outline : plane.outlines_map) {
-      for (const auto& point : outline) places.see(point);
-    }
-  }
-  for (const auto& plane : planes) {
-    const auto color = color_of(plane.label);
-    for (const auto& outline : plane.outlines_map) {
-      if (outline.size() < 3) continue;
-      put(faces, static_cast<std::int32_t>(outline.size()));
-      for (const auto& point : outline) {
-        places.write(vertices, point);
-        for (const auto channel : color) put(vertices, channel);
-        put(faces, static_cast<std::int32_t>(vertex_count++));
-      }
-      put(faces, static_cast<std::int32_t>(plane.id));
-      ++face_count;
-    }
-  }
-  const std::string header =
-      "ply\nformat binary_little_endian 1.0\ncomment map frame, metres\nelement vertex " +
-      std::to_string(vertex_count) + "\n" + places.properties() +
-      "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face " +
-      std::to_string(face_count) +
-      "\nproperty list int int vertex_indices\nproperty int plane_id\nend_header\n";
-  write_atomically(file, header + vertices + faces);
+  write_atomically(file, PlaneMesh(planes).text());
 }
 
 void write_surfels_ply(const std::filesystem::path& file, const std::vector<Surfel>& surfels) {

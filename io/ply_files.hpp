@@ -8,7 +8,8 @@
 
 namespace lamina::io {
 
-/// Outlines as polygons (one face each), coloured by label; binary little-endian PLY.
+/// Outlines as triangles (`list uchar int vertex_indices`, then `int plane_id`), vertices with the
+/// plane's normal, towards the side it was seen from, and coloured by label; binary little-endian.
 void write_planes_ply(const std::filesystem::path& file, const std::vector<MapPlane>& planes);
 /// Discs as x y z nx ny nz radius sigma_height (float); binary little-endian PLY.
 void write_surfels_ply(const std::filesystem::path& file, const std::vector<Surfel>& surfels);

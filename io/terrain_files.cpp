@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <cstdint>
+#include <ostream>
 #include <string>
 
 #include <lamina/io/atomic_file.hpp>
@@ -25,7 +26,7 @@ void put_colour(std::string& out, float navigability) {
 }  // namespace
 
 void write_terrain_ply(const std::filesystem::path& file, const NavigabilityGrid& grid) {
-  std::map<CellIndex, std::int32_t> number;
+  TiledGrid<std::int32_t> number(grid.resolution());  // of vertices, from 1
   std::string vertices, faces;
   const auto place = [&grid](const CellIndex& c, const NavigabilityCell& cell) {
     const Eigen::Vector2d p = center_of(c, grid.resolution());
@@ -35,31 +36,39 @@ void write_terrain_ply(const std::filesystem::path& file, const NavigabilityGrid
   grid.for_each([&](const CellIndex& c, const NavigabilityCell& cell) {
     if (std::isfinite(cell.height)) places.see(place(c, cell));
   });
+  std::int32_t known = 0;
   grid.for_each([&](const CellIndex& c, const NavigabilityCell& cell) {
     if (!std::isfinite(cell.height)) return;
-    number.emplace(c, static_cast<std::int32_t>(number.size()));
+    number.at_or_new(c) = ++known;
     places.write(vertices, place(c, cell));
     put_colour(vertices, cell.navigability);
   });
   std::size_t count = 0;
   const auto face = [&](std::int32_t a, std::int32_t b, std::int32_t c) {
     put(faces, std::uint8_t{3});
-    put(faces, a), put(faces, b), put(faces, c);
+    for (const std::int32_t corner : {a, b, c}) put(faces, corner - 1);
     ++count;
   };
-  for (const auto& [c, a] : number) {
-    const auto right = number.find({c.i + 1, c.j}), above = number.find({c.i, c.j + 1});
-    const auto across = number.find({c.i + 1, c.j + 1});
-    if (right == number.end() || above == number.end() || across == number.end()) continue;
-    face(a, right->second, across->second);
-    face(a, across->second, above->second);
-  }
-  const std::string header =
-      "ply\nformat binary_little_endian 1.0\ncomment map frame, metres\nelement vertex " +
-      std::to_string(number.size()) + "\n" + places.properties() +
-      "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face " +
-      std::to_string(count) + "\nproperty list uchar int vertex_indices\nend_header\n";
-  write_atomically(file, header + vertices + faces);
+  auto at = [look = TiledGrid<std::int32_t>::Look(number)](std::int32_t i, std::int32_t j) mutable {
+    const std::int32_t* n = look.find({i, j});
+    return n == nullptr ? 0 : *n;
+  };
+  number.for_each([&](const CellIndex& c, std::int32_t a) {
+    if (a == 0) return;
+    const std::int32_t right = at(c.i + 1, c.j), above = at(c.i, c.j + 1);
+    const std::int32_t across = at(c.i + 1, c.j + 1);
+    if (right == 0 || above == 0 || across == 0) return;
+    face(a, right, across);
+    face(a, across, above);
+  });
+  write_atomically(file, [&](std::ostream& out) {
+    out << "ply\nformat binary_little_endian 1.0\ncomment map frame, metres\nelement vertex "
+        << known << "\n"
+        << places.properties()
+        << "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face " << count
+        << "\nproperty list uchar int vertex_indices\nend_header\n"
+        << vertices << faces;
+  });
 }
 
 }  // namespace lamina::io

@@ -44,15 +44,13 @@ struct Frame {
     out["step"] = s;
     return out;
   }
-  template <typename T>
-  std::vector<T> thinned(const std::vector<T>& image) const {
+  /// Of every step()th row and column what `at(row, column)` gives; rows count from the top.
+  template <typename T, typename At>
+  std::vector<T> thinned(const At& at) const {
     const int s = step();
     std::vector<T> out;
     for (int row = 0; row < height; row += s) {
-      for (int i = 0; i < width; i += s) {
-        out.push_back(image[static_cast<std::size_t>(row) * static_cast<std::size_t>(width) +
-                            static_cast<std::size_t>(i)]);
-      }
+      for (int i = 0; i < width; i += s) out.push_back(at(row, i));
     }
     return out;
   }
@@ -145,17 +143,22 @@ std::string grid_data(const Path& folder) {
     throw Error((folder / "grid.yaml").string() + ": " + e.what() +
                 ", expected grid.yaml of a map");
   }
-  const io::GridImages images = io::read_grid(folder);
-  const GridGeometry& g = images.geometry;
+  const io::WrittenGrid written = io::read_grid(folder);
+  const GridGeometry& g = written.geometry;
   Frame frame{g.resolution, g.origin().x(), g.origin().y(), g.width, g.height};
-  const std::pair<const char*, const std::vector<float>*> layers[] = {
-      {"navigability", &images.navigability},
-      {"height", &images.height},
-      {"slope", &images.slope},
-      {"confidence", &images.confidence}};
+  constexpr std::pair<const char*, float NavigabilityCell::*> kLayers[] = {
+      {"navigability", &NavigabilityCell::navigability},
+      {"height", &NavigabilityCell::height},
+      {"slope", &NavigabilityCell::slope},
+      {"confidence", &NavigabilityCell::confidence}};
   return fitted(frame, kMostGridText, [&](Json& out) {
-    for (const auto& [name, image] : layers) {
-      const Quantised q = quantise(frame.thinned(*image));
+    for (const auto& [name, member] : kLayers) {
+      const auto value = [&, layer = member](int row, int i) {
+        const NavigabilityCell* cell =
+            written.grid.find({g.first.i + i, g.first.j + g.height - 1 - row});
+        return cell == nullptr ? NavigabilityCell::kUnknown : cell->*layer;
+      };
+      const Quantised q = quantise(frame.thinned<float>(value));
       Json layer;
       layer["least"] = q.least;
       layer["largest"] = q.largest;
@@ -176,29 +179,36 @@ std::string occupancy_data(const Path& file) {
   } catch (const YAML::Exception& e) {
     throw Error(yaml_file.string() + ": " + e.what() + ", expected resolution and origin");
   }
-  const std::string content = text_of(file);
-  std::istringstream header(content);
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw Error(file.string() + ": cannot be opened");
   std::string magic;
   int largest = 0;
-  header >> magic >> frame.width >> frame.height >> largest;
-  if (!header || magic != "P5" || largest != 255 || frame.width < 0 || frame.height < 0) {
+  in >> magic >> frame.width >> frame.height >> largest;
+  if (!in || magic != "P5" || largest != 255 || frame.width < 0 || frame.height < 0) {
     throw Error(file.string() + ": expected a binary PGM (P5) of 8 bits");
   }
   const auto cells = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
   // One blank after the header; at the file's end there is no position, and no pixels.
-  const std::streamoff end = header.eof() ? -1 : static_cast<std::streamoff>(header.tellg());
-  const std::size_t start = end < 0 ? content.size() : static_cast<std::size_t>(end) + 1;
-  if (content.size() < start + cells) {
-    throw input_error(file.string(), "",
-                      std::to_string(content.size() - std::min(content.size(), start)) + " pixels",
+  const std::streamoff end = in.eof() ? -1 : static_cast<std::streamoff>(in.tellg());
+  const std::size_t size = std::filesystem::file_size(file);
+  const std::size_t start = end < 0 ? size : static_cast<std::size_t>(end) + 1;
+  if (size < start + cells) {
+    throw input_error(file.string(), "", std::to_string(size - std::min(size, start)) + " pixels",
                       std::to_string(cells));
   }
-  const std::vector<std::uint8_t> pixels(
-      content.begin() + static_cast<std::ptrdiff_t>(start),
-      content.begin() + static_cast<std::ptrdiff_t>(start + cells));
+  std::string pixels(static_cast<std::size_t>(frame.width), '\0');
+  const auto value = [&](int row, int i) {
+    if (i == 0) {
+      in.seekg(static_cast<std::streamoff>(start) + std::streamoff{row} * frame.width);
+      in.read(pixels.data(), frame.width);
+    }
+    return static_cast<std::uint8_t>(pixels[static_cast<std::size_t>(i)]);
+  };
   return fitted(frame, kMostOccupancyText, [&](Json& out) {
     out["layers"]["occupancy"] = {
-        {"least", 0}, {"largest", 255}, {"codes", base64(run_lengths(frame.thinned(pixels)))}};
+        {"least", 0},
+        {"largest", 255},
+        {"codes", base64(run_lengths(frame.thinned<std::uint8_t>(value)))}};
   });
 }
 

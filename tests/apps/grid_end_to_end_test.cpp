@@ -29,7 +29,7 @@ struct Drive {
     request.output = folder / "map";
     request.quiet = true;
     EXPECT_EQ(run_map(request), 0);
-    grid = io::to_grid(io::read_grid(folder / "map" / "grid"));
+    grid = io::read_grid(folder / "map" / "grid").grid;
     truth = *sim::read_truth(folder / "data");
   }
   ~Drive() { fs::remove_all(folder); }

@@ -100,8 +100,10 @@ TEST_F(Report, LargeMapStaysSmall) {
     for (int j = 0; j < 1000; ++j) grid.at_or_new({i, j}) = {noise(), noise(), noise(), noise()};
   }
   io::write_grid(folder_ / "grid", grid);
-  const io::GridImages images = io::read_grid(folder_ / "grid");
-  io::write_occupancy_map(folder_, images.geometry, images.confidence);
+  const GridGeometry bounds = known_bounds(grid);
+  io::write_occupancy_map(folder_, bounds, [&](int row, float* values) {
+    layer_row(grid, bounds, row, &NavigabilityCell::confidence, values);
+  });
   io::write_surfels_ply(folder_ / "surfels.ply", std::vector<Surfel>(160000));
   Trajectory path;
   for (int i = 0; i < 25000; ++i) {

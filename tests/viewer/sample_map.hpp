@@ -54,8 +54,10 @@ inline void write_sample_map(const std::filesystem::path& folder) {
     }
   }
   io::write_grid(folder / "grid", grid);
-  const io::GridImages images = io::read_grid(folder / "grid");
-  io::write_occupancy_map(folder, images.geometry, images.confidence);
+  const io::WrittenGrid written = io::read_grid(folder / "grid");
+  io::write_occupancy_map(folder, written.geometry, [&](int row, float* values) {
+    layer_row(written.grid, written.geometry, row, &NavigabilityCell::confidence, values);
+  });
   io::write_path_csv(folder / "path.csv", {{0.5, 0.5}, {2, 1}, {3.5, 2.5}});
   std::ofstream(folder / "graph.g2o") << "VERTEX_SE3:QUAT 0 0 1.5 0 0 0 0 1\nFIX 0\n"
                                          "VERTEX_SE3:QUAT 1 2 1.5 0 0 0 0 1\n";
