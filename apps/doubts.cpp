@@ -62,7 +62,7 @@ void add_doubts_of_ranges(const RangeNoise& noise, const RangeCheck& check,
                                   "walls up to {:.1f} m: all of them were used",
                                   check.stated(), *reach)});
   }
-  constexpr double kFar = 3;  // times: rough walls and rounded ranges explain the rest
+  constexpr double kFar = 3.5;  // times: rough walls and rounded ranges explain the rest
   const double stated = noise.stated(), used = noise.sigma();
   if (!(stated > 0) || (used < kFar * stated && stated < kFar * used)) return;
   all.push_back(

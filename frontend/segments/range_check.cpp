@@ -10,12 +10,12 @@
 namespace lamina {
 namespace {
 
-constexpr double kFirst = 0.5, kWider = 1.05;         // m, and from bin to bin
+constexpr double kFirst = 0.5, kWider = 1.05;        // m, and from bin to bin
 constexpr std::int64_t kScans = 500, kAskEvery = 5;  // scans
 // Of chance: returns that must have been seen; shares that stand out (cluttered rooms have up to
-// 0.1, chance 0.5 to 0.65).
+// 0.1, chance 0.55 to 0.65).
 constexpr std::int64_t kFewestBefore = 1000, kFewest = 300;
-constexpr double kClean = 0.1, kChance = 0.45, kBegins = 0.35;
+constexpr double kClean = 0.1, kChance = 0.55, kBegins = 0.35;
 constexpr std::size_t kFirstBins = 3;
 // Of codes: a sector so wide in which ranges differ by so little; a flat wall's differ by 0.9 % of
 // the range over 15 degrees. Scans that must have one.
