@@ -297,6 +297,16 @@ void MapOutput::write_session(const Mapper& mapper, const Trajectory& trajectory
 }
 
 Trajectory MapOutput::at_recorded_stamps(const Trajectory& trajectory) const {
+  if (restamped_.empty()) return at_uncorrected_stamps(trajectory);
+  Trajectory result;
+  for (const auto& [stamp, pose] : at_uncorrected_stamps(trajectory)) {
+    const auto recorded = restamped_.find(stamp);
+    result.add(recorded == restamped_.end() ? stamp : recorded->second, pose);
+  }
+  return result;
+}
+
+Trajectory MapOutput::at_uncorrected_stamps(const Trajectory& trajectory) const {
   if (!clocks_.any()) return trajectory;
   std::set<Timestamp> scans;
   for_each_scan([&scans](const io::KeptScan& kept) {

@@ -55,6 +55,8 @@ class MapOutput {
   void end_with(const InterruptGuard& interrupt);
   /// Steps that no mapper took any more: trajectory.txt goes on with their own motion.
   void go_on(std::span<const Step> steps);
+  /// Recorded stamps under which poses at others are written (Recording::restamped).
+  void set_restamped(std::map<Timestamp, Timestamp> recorded) { restamped_ = std::move(recorded); }
   /// Writes every file of the contract but those of finish(); each appears whole or not at all.
   /// Returns false where some were left out, and what an earlier run left of them is removed.
   bool write(const Mapper& mapper, bool online);
@@ -83,13 +85,15 @@ class MapOutput {
   ClockOffsets clocks_;
   const InterruptGuard* interrupt_ = nullptr;
   std::vector<std::pair<Timestamp, SE3>> unmapped_;  // and the motion that led there
-  std::vector<io::SessionPart> parts_;               // of a session that goes on
-  io::Spool scans_;  // io::KeptScan, for scans.csv and the occupancy grid
+  std::map<Timestamp, Timestamp> restamped_;
+  std::vector<io::SessionPart> parts_;  // of a session that goes on
+  io::Spool scans_;                     // io::KeptScan, for scans.csv and the occupancy grid
   RimVotes rims_;
   GroundVotes ground_;
   SightVotes sights_;
   void write_scans(const Trajectory& trajectory) const;
   Trajectory at_recorded_stamps(const Trajectory& trajectory) const;
+  Trajectory at_uncorrected_stamps(const Trajectory& trajectory) const;
   Trajectory before_;
   void note_open_way(const Step& step);
   void note_tracking(Timestamp stamp, bool lost);

@@ -269,6 +269,34 @@ void warn_of_end(const Recording& recording, io::Metrics& metrics) {
                            read, all));
 }
 
+// Frames and lines that were left out are more than an accident from a hundredth on.
+std::vector<Warning> dropped_frames(const Recording& recording, const io::Metrics& metrics) {
+  constexpr double kShare = 0.01;
+  const std::string unused[] = {"topic not used", "kind not used", "kind of line not read",
+                                "second record", "laser whose place"};
+  std::int64_t dropped = 0;
+  std::string reasons;
+  const auto firsts = recording.first_skipped();
+  for (const auto& [why, count] : metrics.skipped) {
+    const bool meant = std::any_of(std::begin(unused), std::end(unused), [&why](const auto& start) {
+      return why.compare(0, start.size(), start) == 0;
+    });
+    if (meant || why.compare(0, 6, "scan: ") == 0) continue;
+    dropped += count;
+    reasons += fmt::format("{}{} x {}", reasons.empty() ? "" : ", ", count, why);
+    if (const auto first = firsts.find(why); first != firsts.end())
+      reasons += ", first " + first->second;
+  }
+  const auto steps = metrics.counts.find("steps");
+  const double kept = steps == metrics.counts.end() ? 0 : steps->second;
+  if (!(static_cast<double>(dropped) > kShare * (kept + static_cast<double>(dropped)))) return {};
+  return {
+      {"frames_dropped",
+       fmt::format("{} lines or frames were left out beside {:.0f} that were mapped ({}): the map "
+                   "lacks what they saw",
+                   dropped, kept, reasons)}};
+}
+
 // What makes the result doubtful, by the reader first: causes before consequences.
 void warn_of_result(const std::string& input, const Recording& recording, const FrontEnd& front_end,
                     io::Metrics& metrics) {
@@ -276,6 +304,7 @@ void warn_of_result(const std::string& input, const Recording& recording, const 
     for (Warning& one : found) metrics.warn(std::move(one.id), std::move(one.text));
   };
   warn(recording.warnings());
+  warn(dropped_frames(recording, metrics));
   warn(doubts(input, front_end, metrics));
 }
 
@@ -374,6 +403,7 @@ int run_map(const MapRequest& request) {
                 output.skipped_text() + "), expected at least one");
   }
   output.set_clocks(clocks);
+  output.set_restamped(recording->restamped());
   output.metrics.counts["checkpoints"] = static_cast<double>(checkpoint.saves());
   if (front_end.met_wheels()) output.wheel_path.tell(front_end.wheel_errors_left(), output.metrics);
   front_end.tell_scanner_noise(output.metrics);

@@ -14,6 +14,16 @@ Matrix6d compose(const Matrix6d& cov_ab, const SE3& T_b_c, const Matrix6d& cov_b
   return J * cov_ab * J.transpose() + cov_bc;
 }
 
+// Counters count on while nobody reads them: what they differ by is the motion. The way was longer
+// than it seems, and where the ends lie in time is known less well.
+Matrix6d across_hole(const OdometryModel& model, const SE3& T) {
+  constexpr double kMetres = 0.03, kRadians = 0.03, kLonger = 4;  // 1-sigma; times the variance
+  Matrix6d covariance = kLonger * increment_covariance(model, T);
+  for (const int k : {0, 1}) covariance(k, k) += kMetres * kMetres;
+  covariance(5, 5) += kRadians * kRadians;
+  return covariance;
+}
+
 // That the body stood still at an end of the samples, the two there tell.
 bool stood(const Odometry& end, const Odometry& inner) {
   constexpr double kMetres = 1e-3, kRadians = 1e-3;
@@ -61,17 +71,19 @@ std::optional<Increment> WheelTrack::between(Timestamp from, Timestamp to) const
   const auto start = at(from), end = at(to);
   if (!start || !end) return std::nullopt;
   Increment sum{SE3(), Matrix6d::Zero()};
-  SE3 last = *start;
-  const auto step = [&](const SE3& next) {
-    const SE3 T = last.inverse() * next;
-    sum.covariance = compose(sum.covariance, T, increment_covariance(model_, T));
+  Odometry last{from, *start};
+  const auto step = [&](const Odometry& next) {
+    const SE3 T = last.T_odom_body.inverse() * next.T_odom_body;
+    const bool hole = is_hole(last.T_odom_body, next.T_odom_body, next.stamp - last.stamp);
+    sum.covariance =
+        compose(sum.covariance, T, hole ? across_hole(model_, T) : increment_covariance(model_, T));
     sum.T_from_to = sum.T_from_to * T;
     last = next;
   };
   for (const Odometry& sample : samples_) {
-    if (sample.stamp > from && sample.stamp < to) step(sample.T_odom_body);
+    if (sample.stamp > from && sample.stamp < to) step(sample);
   }
-  step(*end);
+  step({to, *end});
   // No robot: a frame that was set anew, a counter that ran over.
   constexpr double kFarthest = 50, kFastest = 50;  // m, m/s
   if (!(sum.T_from_to.translation().norm() < kFarthest + kFastest * (to - from))) {

@@ -42,12 +42,11 @@ std::optional<Timestamp> stamp_by(const CarmenStamps& stamps, bool logger, bool 
 }
 
 bool counts_microseconds(const std::vector<Line>& lines, bool logger) {
-  std::map<int, MicrosecondCheck> checks;
+  MicrosecondCheck check;
   for (const Line& line : lines) {
-    checks[line.source].add(logger ? line.stamps.logger : line.stamps.ipc);
+    check.add(logger ? line.stamps.logger : line.stamps.ipc, line.source);
   }
-  return !checks.empty() && std::all_of(checks.begin(), checks.end(),
-                                        [](const auto& check) { return check.second.found(); });
+  return check.found();
 }
 
 // Of each stream, how many stamps do not come after the one before.
@@ -128,7 +127,7 @@ CarmenClock apply_carmen_clock(CarmenIndex& index, const std::string& file) {
   const double decides = kOneIn * static_cast<double>(lines.size());
   index.use_logger = std::abs(ipc - logger) > decides ? logger < ipc : skew(lines) > kClockSkew;
   if (index.use_logger) {
-    clock.remarks.push_back("the logger's clock is used: the senders' do not agree");
+    clock.remarks.emplace_back("the logger's clock is used: the senders' do not agree");
   }
   const bool microseconds = counted[index.use_logger ? 1 : 0];
   if (microseconds) {

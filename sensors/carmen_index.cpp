@@ -2,6 +2,7 @@
 #include <lamina/sensors/carmen_index.hpp>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include <lamina/sensors/scan_checks.hpp>
@@ -9,7 +10,6 @@
 
 namespace lamina {
 namespace {
-constexpr double kClockSkew = 0.5;        // s between machines before the logger's clock is trusted
 constexpr double kSaturatedShare = 1e-3;  // of all readings equal to the largest: no return
 constexpr int kFront = 1, kRear = 2;      // devices whose place is known
 
@@ -33,44 +33,19 @@ bool better(const CarmenSource& a, const CarmenSource& b) {
   return preference(a.tag.kind) > preference(b.tag.kind);
 }
 
-// Which clock: 0 = sender's, 1 = logger's. The sender's, unless its stamps run back more often
-// or machines disagree.
-class ClockChoice {
- public:
-  void add(int stream, const CarmenStamps& stamps) {
-    Stream& s = streams_[stream];
-    if (s.count > 0) {
-      back_ipc_ += stamps.ipc < s.last.ipc ? 1 : 0;
-      back_logger_ += stamps.logger < s.last.logger ? 1 : 0;
-    }
-    s.last = stamps;
-    ++s.count;
-    s.offsets.push_back(stamps.logger - stamps.ipc);
-  }
-  bool use_logger() {
-    if (back_ipc_ != back_logger_) return back_logger_ < back_ipc_;
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (auto& [stream, s] : streams_) {
-      const auto middle = s.offsets.begin() + static_cast<std::ptrdiff_t>(s.offsets.size() / 2);
-      std::nth_element(s.offsets.begin(), middle, s.offsets.end());
-      low = std::min(low, *middle);
-      high = std::max(high, *middle);
-    }
-    return high - low > kClockSkew;
-  }
-
- private:
-  struct Stream {
-    CarmenStamps last;
-    std::size_t count = 0;
-    std::vector<double> offsets;
-  };
-  std::map<int, Stream> streams_;
-  std::int64_t back_ipc_ = 0, back_logger_ = 0;
-};
-
 std::string at_line(int number, std::string_view line) {
   return std::to_string(number) + ": " + shown(line);
+}
+
+// By name where it is one, so that each kind is counted by itself.
+std::string kind_not_read(std::string_view line) {
+  constexpr std::size_t kLongest = 24;  // characters of a name
+  const std::string_view word = next_field(line);
+  const bool name =
+      word.size() <= kLongest && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+        return std::isalnum(c) != 0 || c == '_' || c == '-';
+      });
+  return name ? "kind of line not read: " + std::string(word) : "line of no kind";
 }
 
 void read_lines(std::string_view text, CarmenIndex& index, std::vector<CarmenSource>& all) {
@@ -78,11 +53,15 @@ void read_lines(std::string_view text, CarmenIndex& index, std::vector<CarmenSou
   std::string why;
   for (LineReader lines(text); lines.next(line);) {
     const CarmenTag tag = carmen_tag(line);
-    if (tag.kind == CarmenKind::kOther) continue;
+    if (tag.kind == CarmenKind::kOther) {
+      if (!is_comment(line)) index.skips.add(kind_not_read(line));
+      continue;
+    }
     if (tag.kind == CarmenKind::kParam) {
       if (const auto param = parse_carmen_param(line)) index.params[param->first] = param->second;
     } else if (tag.kind == CarmenKind::kOdom) {
-      const auto odom = parse_carmen_odom(line, why);
+      auto odom = parse_carmen_odom(line, why);
+      if (odom) odom->line = lines.number();
       if (odom) index.odoms.push_back(*odom);
       if (!odom) index.skips.add(why, 1, at_line(lines.number(), line));
     } else if (const auto scan = parse_carmen_scan(tag, line, why)) {
@@ -97,8 +76,8 @@ void read_lines(std::string_view text, CarmenIndex& index, std::vector<CarmenSou
         return s.tag.kind == tag.kind && s.tag.device == tag.device;
       };
       auto it = std::find_if(all.begin(), all.end(), same);
-      if (it == all.end()) it = all.insert(it, CarmenSource{tag, {}, {}, 0, 0, 0});
-      it->add(*scan, line);
+      if (it == all.end()) it = all.insert(it, CarmenSource{tag, {}, {}, NoReturnCode(), 0, 0, 0});
+      it->add(*scan, line, lines.number());
     } else {
       index.skips.add(why, 1, at_line(lines.number(), line));
     }
@@ -128,28 +107,16 @@ void choose_sources(std::vector<CarmenSource>& all, CarmenIndex& index) {
   }
 }
 
-void apply_clock(CarmenIndex& index) {
-  ClockChoice clock;
-  for (const CarmenOdom& odom : index.odoms) clock.add(0, odom.stamps);
-  for (const CarmenSource& source : index.sources) {
-    for (const CarmenScanEntry& entry : source.entries) clock.add(source.tag.device, entry.stamps);
-  }
-  index.use_logger = clock.use_logger();
-  for (CarmenSource& source : index.sources) {
-    for (CarmenScanEntry& entry : source.entries) {
-      entry.stamp = index.use_logger ? entry.stamps.logger : entry.stamps.ipc;
-    }
-  }
-}
 }  // namespace
 
 SE3 to_se3(const CarmenPose& pose) { return SE3::planar(pose[0], pose[1], pose[2]); }
 
-void CarmenSource::add(const CarmenScan& scan, std::string_view line) {
-  entries.push_back({line, scan.stamps, scan.robot, {}});
+void CarmenSource::add(const CarmenScan& scan, std::string_view line, int number) {
+  entries.push_back({line, scan.stamps, scan.robot, number, {}, {}});
   if (scan.laser && scan.robot) {
     mounts.push_back(to_se3(*scan.robot).inverse() * to_se3(*scan.laser));
   }
+  code.add(scan.ranges);
   for (const float r : scan.ranges) {
     if (!std::isfinite(r)) continue;
     if (r > largest) {
@@ -171,7 +138,6 @@ CarmenIndex index_carmen(std::string_view text) {
   std::vector<CarmenSource> all;
   read_lines(text, index, all);
   choose_sources(all, index);
-  apply_clock(index);
   return index;
 }
 

@@ -8,6 +8,7 @@
 
 #include <lamina/models/lie/se3.hpp>
 #include <lamina/sensors/carmen_log.hpp>
+#include <lamina/sensors/no_return_code.hpp>
 #include <lamina/sensors/skip_counts.hpp>
 
 namespace lamina {
@@ -17,7 +18,9 @@ struct CarmenScanEntry {
   std::string_view line;
   CarmenStamps stamps;
   std::optional<CarmenPose> robot;
-  Timestamp stamp;  ///< by the clock that is used
+  int number = 0;                     ///< of the line
+  Timestamp stamp;                    ///< that is used
+  std::optional<Timestamp> recorded;  ///< by the clock that is used
 };
 
 /// What the first pass learns of one kind of line from one device.
@@ -25,10 +28,11 @@ struct CarmenSource {
   CarmenTag tag;
   std::vector<CarmenScanEntry> entries;
   std::vector<SE3> mounts;  // T_robot_laser of each line that states both
+  NoReturnCode code;
   float largest = 0;
   std::int64_t at_largest = 0, readings = 0;
 
-  void add(const CarmenScan& scan, std::string_view line);
+  void add(const CarmenScan& scan, std::string_view line, int number);
   /// The largest reading is frequent: it means no return.
   bool saturates() const;
 };
@@ -43,7 +47,8 @@ struct CarmenIndex {
 
 SE3 to_se3(const CarmenPose& pose);
 
-/// Indexes a log. Entries view `text`, which must outlive the result.
+/// Indexes a log. Entries view `text`, which must outlive the result; they have no times yet
+/// (apply_carmen_clock).
 CarmenIndex index_carmen(std::string_view text);
 
 }  // namespace lamina

@@ -68,11 +68,11 @@ class Fields {
   const std::string& why() const { return why_; }
 
  private:
-  Timestamp stamp(std::string_view field) {
+  StampText stamp(std::string_view field) {
     if (field.empty()) return {};
-    const auto value = Timestamp::parse(field);
+    const auto value = read_stamp(field);
     if (!value) fail(kSkipNotANumber);
-    return value.value_or(Timestamp());
+    return value.value_or(StampText());
   }
   void fail(const char* why) {
     if (why_.empty()) why_ = why;
@@ -181,6 +181,23 @@ std::pair<double, double> carmen_guess_angles(std::size_t beams) {
   }
   const auto intervals = static_cast<double>(beams % 2 == 0 ? beams : beams - 1);
   return {-90 * kDegree, M_PI / intervals};
+}
+
+std::pair<double, double> carmen_angles(std::size_t beams, const CarmenFieldOfView& stated) {
+  const auto guessed = carmen_guess_angles(beams);
+  const double fov = stated.fov <= 2 * M_PI ? stated.fov : stated.fov * kDegree;
+  if (!(fov > 0) || fov > 2 * M_PI + 1e-6 || beams < 2) return guessed;
+  const double resolution = stated.resolution * kDegree;
+  const auto n = static_cast<double>(beams);
+  const auto fits = [&](double step) { return std::abs(step - resolution) < 0.05 * resolution; };
+  // A resolution that fits the guess and not the field of view: that is of another laser.
+  const bool other =
+      resolution > 0 && fits(guessed.second) && !fits(fov / n) && !fits(fov / (n - 1));
+  if (other) return guessed;
+  const bool even = resolution > 0
+                        ? std::abs(fov / n - resolution) < std::abs(fov / (n - 1) - resolution)
+                        : beams % 2 == 0;
+  return {-0.5 * fov, even ? fov / n : fov / (n - 1)};
 }
 
 }  // namespace lamina

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <lamina/models/timestamp.hpp>
+#include <lamina/sensors/stamp_text.hpp>
 
 namespace lamina {
 
@@ -26,12 +27,14 @@ using CarmenPose = std::array<double, 3>;
 
 /// The two clocks of every line: the sending machine's and the logger's.
 struct CarmenStamps {
-  Timestamp ipc, logger;
+  StampText ipc, logger;
 };
 
 struct CarmenOdom {
   CarmenPose pose{};
   CarmenStamps stamps;
+  int line = 0;     ///< of the file
+  Timestamp stamp;  ///< that is used
 };
 
 /// A scan as it stands in the log. Angles are stated by ROBOTLASER and RAWLASER only.
@@ -55,5 +58,14 @@ std::optional<std::pair<std::string, double>> parse_carmen_param(std::string_vie
 /// degrees, n even without and n odd with the last beam; counts known from 240 and 270 degree
 /// scanners (682, 683, 726; 541, 1081) have theirs.
 std::pair<double, double> carmen_guess_angles(std::size_t beams);
+
+/// What PARAM lines state of a laser; 0: nothing.
+struct CarmenFieldOfView {
+  double fov = 0;         ///< degrees; up to 2 pi: radians
+  double resolution = 0;  ///< degrees between beams
+};
+/// As guessed, unless the field of view that is stated fits the beams: by the resolution that is
+/// stated with it, or as n or n - 1 equal steps.
+std::pair<double, double> carmen_angles(std::size_t beams, const CarmenFieldOfView& stated);
 
 }  // namespace lamina

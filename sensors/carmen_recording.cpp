@@ -5,12 +5,13 @@
 
 #include <lamina/models/error.hpp>
 #include <lamina/sensors/calibration_overlay.hpp>
+#include <lamina/sensors/carmen_clock.hpp>
 #include <lamina/sensors/carmen_index.hpp>
+#include <lamina/sensors/compressed_text.hpp>
 #include <lamina/sensors/odometry_track.hpp>
 #include <lamina/sensors/recording_sources.hpp>
 #include <lamina/sensors/skip_counts.hpp>
 #include <lamina/sensors/text.hpp>
-#include <lamina/sensors/time_order.hpp>
 
 namespace lamina {
 namespace {
@@ -22,17 +23,22 @@ constexpr double kAccuracyLow = 0.002, kAccuracyHigh = 0.2;  // m, believable in
 
 class CarmenRecording final : public Recording {
  public:
-  CarmenRecording(std::string text, const std::string& name, const RecordingOptions& options)
+  CarmenRecording(std::string text, const std::string& name, const RecordingOptions& options,
+                  bool cut = false)
       : name_(name), text_(std::move(text)), index_(index_carmen(text_)), skips_(index_.skips) {
     if (index_.sources.empty() && index_.odoms.empty()) {
       throw input_error(name, "", "no laser scan and no odometry" + first_cases(),
                         "CARMEN lines (ODOM, FLASER, ROBOTLASER1, ...)");
     }
-    if (index_.use_logger) {
-      remarks_.push_back("the logger's clock is used: the senders' do not agree");
-    }
+    const CarmenClock clock =
+        apply_carmen_clock(index_, std::filesystem::path(name).filename().string());
+    warnings_ = clock.warnings;
+    remarks_ = clock.remarks;
+    if (cut) skips_.add("damaged end of file");
     choose_odometry();
     set_up_lidars(options);
+    find_codes();
+    find_fields_of_view();
     schedule();
   }
 
@@ -54,8 +60,10 @@ class CarmenRecording final : public Recording {
   std::map<std::string, std::vector<Timestamp>> recorded_stamps() const override {
     return {{"odometry", track_.stamps()}};
   }
+  std::map<Timestamp, Timestamp> restamped() const override;
   std::vector<std::string> remarks() const override { return remarks_; }
   std::vector<std::string> assumed() const override { return assumed_; }
+  std::vector<Warning> warnings() const override { return warnings_; }
   std::optional<std::int64_t> size_hint() const override {
     return static_cast<std::int64_t>(order_.size() *
                                      (index_.sources.empty() || track_.empty() ? 1 : 2));
@@ -76,25 +84,43 @@ class CarmenRecording final : public Recording {
   std::optional<SE3> mounting(const CarmenSource& source) const;
   void schedule();
   void read_entry(std::pair<int, std::size_t> which);
-  double range_limit(const CarmenSource& source, const CarmenScan& scan) const;
+  double range_limit(std::size_t s, const CarmenScan& scan) const;
+  double stated_limit(const CarmenSource& source, const CarmenScan& scan) const;
+  void find_codes();
+  void find_fields_of_view();
 
   std::string name_, text_;
   CarmenIndex index_;
   OdometryTrack track_;
   std::vector<LidarModel> lidars_;                  // one a source
+  std::vector<std::optional<double>> codes_;        // likewise: ranges that mean no return
+  std::vector<CarmenFieldOfView> fields_of_view_;   // likewise, where lines state none
   std::vector<std::pair<int, std::size_t>> order_;  // (source, entry); source -1: odometry alone
   std::size_t position_ = 0;
   std::deque<Measurement> pending_;
   Calibration calibration_;
   SkipCounts skips_;
   std::vector<std::string> remarks_, assumed_;
+  std::vector<Warning> warnings_;
 };
+
+std::map<Timestamp, Timestamp> CarmenRecording::restamped() const {
+  std::map<Timestamp, Timestamp> recorded;
+  std::optional<Timestamp> last;
+  for (const auto& [source, i] : order_) {
+    if (source < 0) return {};
+    const CarmenScanEntry& entry = index_.sources[static_cast<std::size_t>(source)].entries[i];
+    if (!entry.recorded || (last && *entry.recorded <= *last)) return {};
+    last = entry.recorded;
+    if (*last != entry.stamp) recorded[entry.stamp] = *last;
+  }
+  return recorded;
+}
 
 void CarmenRecording::choose_odometry() {
   std::vector<Odometry> samples;
   for (const CarmenOdom& odom : index_.odoms) {
-    samples.push_back(
-        {index_.use_logger ? odom.stamps.logger : odom.stamps.ipc, to_se3(odom.pose)});
+    samples.push_back({odom.stamp, to_se3(odom.pose)});
   }
   if (samples.empty() && !index_.sources.empty()) {
     const auto& entries = index_.sources.front().entries;
@@ -112,9 +138,6 @@ void CarmenRecording::choose_odometry() {
     }
   }
   track_ = OdometryTrack(samples);
-  if (!index_.odoms.empty()) {
-    skips_.add(kSkipTimeBack, static_cast<std::int64_t>(track_.dropped()));
-  }
 }
 
 SE3 facing_of(const CarmenSource& source) {
@@ -171,11 +194,9 @@ void CarmenRecording::set_up_lidars(const RecordingOptions& options) {
 
 void CarmenRecording::schedule() {
   for (std::size_t s = 0; s < index_.sources.size(); ++s) {
-    std::vector<Timestamp> stamps;
-    for (const CarmenScanEntry& entry : index_.sources[s].entries) stamps.push_back(entry.stamp);
-    const auto kept = longest_increasing(stamps);
-    skips_.add(kSkipTimeBack, static_cast<std::int64_t>(stamps.size() - kept.size()));
-    for (const std::size_t i : kept) order_.emplace_back(static_cast<int>(s), i);
+    for (std::size_t i = 0; i < index_.sources[s].entries.size(); ++i) {
+      order_.emplace_back(static_cast<int>(s), i);
+    }
   }
   const auto stamp = [&](const std::pair<int, std::size_t>& which) {
     return index_.sources[static_cast<std::size_t>(which.first)].entries[which.second].stamp;
@@ -187,7 +208,44 @@ void CarmenRecording::schedule() {
   }
 }
 
-double CarmenRecording::range_limit(const CarmenSource& source, const CarmenScan& scan) const {
+// Codes for no return that neither the limit nor the largest reading shows.
+void CarmenRecording::find_codes() {
+  for (const CarmenSource& source : index_.sources) {
+    codes_.push_back(source.code.code());
+    std::string why;
+    const auto scan = parse_carmen_scan(source.tag, source.entries.front().line, why);
+    if (!scan || !codes_.back()) continue;
+    const double limit = stated_limit(source, *scan);
+    if (*codes_.back() + 0.05 < limit) warnings_.push_back(source.code.warning(*codes_.back(), 0));
+  }
+}
+
+// FLASER lines state no angles; PARAM lines may.
+void CarmenRecording::find_fields_of_view() {
+  for (const CarmenSource& source : index_.sources) {
+    const std::string laser = source.tag.device == 2 ? "laser_rear_laser_" : "laser_front_laser_";
+    CarmenFieldOfView& stated = fields_of_view_.emplace_back();
+    const auto fov = index_.params.find(laser + "fov");
+    const auto resolution = index_.params.find(laser + "resolution");
+    if (fov != index_.params.end()) stated.fov = fov->second;
+    if (resolution != index_.params.end()) stated.resolution = resolution->second;
+    std::string why;
+    const auto scan = parse_carmen_scan(source.tag, source.entries.front().line, why);
+    if (!scan || scan->angle_increment) continue;
+    const std::size_t beams = scan->ranges.size();
+    const double step = carmen_angles(beams, stated).second;
+    if (std::abs(step - carmen_guess_angles(beams).second) < 1e-4) continue;
+    remarks_.push_back(std::to_string(beams) + " beams " + std::to_string(step * 180 / M_PI) +
+                       " degrees apart, as PARAM " + laser + "fov says");
+  }
+}
+
+double CarmenRecording::range_limit(std::size_t s, const CarmenScan& scan) const {
+  const double limit = stated_limit(index_.sources[s], scan);
+  return codes_[s] ? std::min(limit, *codes_[s]) : limit;
+}
+
+double CarmenRecording::stated_limit(const CarmenSource& source, const CarmenScan& scan) const {
   double limit = kSickRangeMax;
   const auto param =
       index_.params.find(source.tag.device == 2 ? "robot_rear_laser_max" : "robot_front_laser_max");
@@ -210,10 +268,10 @@ void CarmenRecording::read_entry(std::pair<int, std::size_t> which) {
   LAMINA_CHECK(raw.has_value());  // the first pass read it
   LaserScan scan;
   scan.stamp = entry.stamp;
-  const auto [first, step] = carmen_guess_angles(raw->ranges.size());
+  const auto [first, step] = carmen_angles(raw->ranges.size(), fields_of_view_[s]);
   scan.angle_min = raw->start_angle.value_or(first);
   scan.angle_increment = raw->angle_increment.value_or(step);
-  scan.range_max = range_limit(index_.sources[s], *raw);
+  scan.range_max = range_limit(s, *raw);
   scan.lidar = lidars_[s];
   scan.ranges = std::move(raw->ranges);
   const auto limit = static_cast<float>(scan.range_max);  // rounded as the ranges were
@@ -227,7 +285,9 @@ void CarmenRecording::read_entry(std::pair<int, std::size_t> which) {
 
 std::unique_ptr<Recording> open_carmen_log(const std::filesystem::path& file,
                                            const RecordingOptions& options) {
-  return std::make_unique<CarmenRecording>(read_file_bytes(file), file.string(), options);
+  TextBytes bytes = read_text_bytes(file);
+  return std::make_unique<CarmenRecording>(std::move(bytes.text), file.string(), options,
+                                           bytes.cut);
 }
 
 std::unique_ptr<Recording> open_carmen_text(std::string text, const std::string& name,

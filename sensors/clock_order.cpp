@@ -157,7 +157,7 @@ void Orderer::lay_by_lines(std::size_t s) {
                                        static_cast<double>(records - 1)
                                  : 1;
     // On from the first stamp there is, if that is one.
-    const auto& begin = first.stamps.empty() ? std::nullopt : first.stamps.front();
+    const auto begin = first.stamps.empty() ? std::nullopt : first.stamps.front();
     const Timestamp origin = begin.value_or(Timestamp());
     const double from = lines ? static_cast<double>(first.lines.front()) : 0;
     anchors = {{from, origin}, {from + between, origin + options_.nominal_interval}};

@@ -31,6 +31,7 @@ class CorrectedRecording final : public Recording {
     return source_->recorded_stamps();
   }
   std::vector<std::string> assumed() const override { return source_->assumed(); }
+  std::map<Timestamp, Timestamp> restamped() const override { return source_->restamped(); }
   std::vector<std::string> remarks() const override { return source_->remarks(); }
   std::vector<Warning> warnings() const override;
   std::optional<std::int64_t> size_hint() const override { return source_->size_hint(); }

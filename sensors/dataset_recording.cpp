@@ -13,6 +13,7 @@
 #include <lamina/sensors/planar_odometry.hpp>
 #include <lamina/sensors/recording_sources.hpp>
 #include <lamina/sensors/rectify.hpp>
+#include <lamina/sensors/scan_stream.hpp>
 #include <lamina/sensors/text.hpp>
 #include <lamina/sensors/text_streams.hpp>
 #include <lamina/sensors/time_order.hpp>
@@ -101,6 +102,7 @@ class DatasetRecording final : public Recording {
   std::map<std::string, std::vector<Timestamp>> recorded_stamps() const override {
     return {{"odometry", track_.stamps()}, {"rgb", colour_stamps_}};
   }
+  std::map<Timestamp, Timestamp> restamped() const override;
   std::vector<std::string> assumed() const override {
     std::vector<std::string> all;
     for (const std::string& remark : calibration_.remarks)
@@ -130,8 +132,10 @@ class DatasetRecording final : public Recording {
   void read_scans();
   void read_depth_list(const RecordingOptions& options);
   void read_stereo_lists(const RecordingOptions& options);
-  std::vector<ListEntry> read_list(const char* name);
+  std::vector<ListEntry> read_list(const char* name, StreamClock* clock = nullptr);
   void fit_to_images(const std::string& path, const char* section, CameraModel& camera);
+  void take(const std::vector<Warning>& warnings, const std::vector<std::string>& remarks,
+            const std::map<Timestamp, Timestamp>& recorded);
   [[noreturn]] void fail_missing_section(const char* section, const char* file) const;
   [[noreturn]] void fail_nothing_usable() const;
   void schedule();
@@ -146,6 +150,8 @@ class DatasetRecording final : public Recording {
   bool planar_stated_;
   std::vector<std::string> remarks_;
   std::vector<Warning> warnings_;
+  std::map<Timestamp, Timestamp> restamped_;  // of scans and images: used stamp, recorded one
+  ScanStream stream_;
   SkipCounts skips_;
   OdometryTrack track_;
   std::vector<Odometry> odometry_;
@@ -163,9 +169,38 @@ class DatasetRecording final : public Recording {
   bool expects_frames_ = false;
 };
 
+// What was done about a file; of one cause, the files are in one warning.
+void DatasetRecording::take(const std::vector<Warning>& warnings,
+                            const std::vector<std::string>& remarks,
+                            const std::map<Timestamp, Timestamp>& recorded) {
+  for (const Warning& warning : warnings) {
+    const auto same = std::find_if(warnings_.begin(), warnings_.end(),
+                                   [&](const Warning& other) { return other.id == warning.id; });
+    if (same != warnings_.end()) same->text += "; " + warning.text;
+    if (same == warnings_.end()) warnings_.push_back(warning);
+  }
+  remarks_.insert(remarks_.end(), remarks.begin(), remarks.end());
+  restamped_.insert(recorded.begin(), recorded.end());
+}
+
+std::map<Timestamp, Timestamp> DatasetRecording::restamped() const {
+  if (restamped_.empty()) return {};
+  std::optional<Timestamp> last;
+  for (const Item& item : items_) {
+    if (item.stream <= Stream::kOdometry) continue;
+    const auto found = restamped_.find(item.stamp);
+    const Timestamp recorded = found == restamped_.end() ? item.stamp : found->second;
+    if (last && recorded <= *last) return {};
+    last = recorded;
+  }
+  return restamped_;
+}
+
 void DatasetRecording::read_poses() {
   if (has("odometry.txt")) {
-    odometry_ = parse_odometry(text("odometry.txt"), skips_);
+    StreamClock clock{"odometry.txt", {}, {}, {}};
+    odometry_ = parse_odometry(text("odometry.txt"), skips_, &clock);
+    take(clock.warnings, clock.remarks, {});
     track_ = OdometryTrack(odometry_);
     settle_planar(track_.trajectory(), planar_stated_, calibration_, remarks_, warnings_);
   }
@@ -177,9 +212,20 @@ void DatasetRecording::read_poses() {
 void DatasetRecording::read_scans() {
   if (!has("scans.csv")) return;
   const std::string all = text("scans.csv");
-  for (const ScanLine& scan : index_scans(all, skips_)) {
-    scans_.push_back({scan.stamp, scan.line.data() - all.data(), scan.line.size(), scan.number});
+  const auto indexed = index_scans(all, skips_);
+  for (const ScanLine& scan : indexed) {
+    std::string why;
+    const auto whole = parse_scan_line(scan.line, why);
+    const LaserScan& read = whole.value_or(LaserScan());
+    stream_.add(scan.stamp, read.ranges, read.range_min, read.range_max);
   }
+  stream_.finish([&](std::size_t k) { return "scans.csv:" + std::to_string(indexed[k].number); });
+  for (std::size_t k = 0; k < indexed.size(); ++k) {
+    const auto& [stamp, line, number] = indexed[k];
+    if (const auto used = stream_.stamp(k))
+      scans_.push_back({*used, line.data() - all.data(), line.size(), number});
+  }
+  take(stream_.warnings(), stream_.remarks(), stream_.restamped());
   scans_file_.open(folder_ / "scans.csv", std::ios::binary);
   if (!calibration_.lidar) {
     calibration_.lidar = LidarModel();
@@ -193,8 +239,8 @@ void DatasetRecording::fail_missing_section(const char* section, const char* fil
 }
 
 // The entries of a list whose files exist; the others are counted.
-std::vector<ListEntry> DatasetRecording::read_list(const char* name) {
-  std::vector<ListEntry> entries = parse_list(text(name), skips_);
+std::vector<ListEntry> DatasetRecording::read_list(const char* name, StreamClock* clock) {
+  std::vector<ListEntry> entries = parse_list(text(name), skips_, clock);
   const auto absent = [&](const ListEntry& entry) {
     std::error_code error;
     return !std::filesystem::is_regular_file(folder_ / entry.path, error);
@@ -227,7 +273,9 @@ void DatasetRecording::fit_to_images(const std::string& path, const char* sectio
 void DatasetRecording::read_depth_list(const RecordingOptions& options) {
   if (!has("depth.txt")) return;
   if (!calibration_.depth_camera) fail_missing_section("depth_camera", "depth.txt");
-  depth_ = read_list("depth.txt");
+  StreamClock clock{"depth.txt", {}, {}, {}};
+  depth_ = read_list("depth.txt", &clock);
+  take(clock.warnings, clock.remarks, clock.recorded);
   if (!depth_.empty()) {
     DepthCamera& depth = *calibration_.depth_camera;
     const double stated = depth.camera.fx;
@@ -395,6 +443,8 @@ std::optional<Measurement> DatasetRecording::read_scan(const ScanPlace& place) {
     skips_.add(why, 1, std::to_string(place.number) + ": " + (found.empty() ? shown(line) : found));
     return std::nullopt;
   }
+  scan->stamp = place.stamp;
+  scan->range_max = stream_.limited(scan->range_max);
   scan->lidar = *calibration_.lidar;
   return *std::move(scan);
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include <lamina/sensors/stamp_series.hpp>
 #include <lamina/sensors/time_order.hpp>
 
 namespace lamina {
@@ -12,6 +13,14 @@ bool is_hole(const SE3& before, const SE3& after, double silence, double long_si
   if (!(silence > long_silence)) return false;
   const SE3 moved = before.inverse() * after;
   return moved.translation().norm() > kMetres || moved.so3().log().norm() > kRadians;
+}
+
+void go_on_over_steps(std::vector<Odometry>& samples) {
+  std::vector<std::optional<Timestamp>> stamps;
+  for (const Odometry& sample : samples) stamps.emplace_back(sample.stamp);
+  const auto series = ordered_stamps(stamps);
+  if (!series || series->steps.empty()) return;
+  for (std::size_t i = 0; i < samples.size(); ++i) samples[i].stamp = series->stamps[i];
 }
 
 OdometryTrack::OdometryTrack(std::span<const Odometry> samples) {
@@ -39,28 +48,41 @@ std::vector<Timestamp> OdometryTrack::stamps() const {
 
 std::optional<Odometry> OdometryTrack::at(Timestamp stamp) const {
   if (track_.empty()) return std::nullopt;
-  if (const auto pose = track_.at(stamp)) {
-    const auto same =
-        std::lower_bound(track_.begin(), track_.end(), stamp,
-                         [](const StampedPose& sample, Timestamp t) { return sample.stamp < t; });
-    if (same != track_.end() && same->stamp != stamp &&
-        is_hole((same - 1)->pose, same->pose, same->stamp - (same - 1)->stamp,
-                std::max(1.0, kHole * interval_))) {
-      return std::nullopt;
-    }
-    return Odometry{stamp, *pose, same == track_.end() || same->stamp != stamp};
+  const auto poses = track_.poses();
+  const auto next = static_cast<std::size_t>(
+      std::lower_bound(poses.begin(), poses.end(), stamp,
+                       [](const StampedPose& sample, Timestamp t) { return sample.stamp < t; }) -
+      poses.begin());
+  if (next < poses.size() && poses[next].stamp == stamp) return Odometry{stamp, poses[next].pose};
+  if (next == 0) return carried(stamp, 0, +1);
+  if (next == poses.size()) return carried(stamp, next - 1, -1);
+  const StampedPose &before = poses[next - 1], &after = poses[next];
+  if (!is_hole(before.pose, after.pose, after.stamp - before.stamp,
+               std::max(1.0, kHole * interval_))) {
+    return Odometry{stamp, *track_.at(stamp), true};
   }
-  const bool before = stamp < track_.front().stamp;
-  const StampedPose& end = before ? track_.front() : track_.back();
-  const double beyond = before ? end.stamp - stamp : stamp - end.stamp;
+  // The ends of a hole are ends.
+  const bool early = stamp - before.stamp < after.stamp - stamp;
+  return early ? carried(stamp, next - 1, -1) : carried(stamp, next, +1);
+}
+
+// The motion between the sample `end` and its neighbour inwards, carried on to a stamp outside.
+std::optional<Odometry> OdometryTrack::carried(Timestamp stamp, std::size_t end,
+                                               std::ptrdiff_t inwards) const {
+  const StampedPose& last = track_[end];
+  const double beyond = std::abs(stamp - last.stamp);
   const double longest = track_.size() < 2
                              ? kLongestExtrapolation
                              : std::min(kLongestExtrapolation, kExtrapolated * interval_);
   if (beyond > longest) return std::nullopt;
-  if (track_.size() < 2) return Odometry{stamp, end.pose, true};
-  const StampedPose& inner = before ? track_[1] : track_[track_.size() - 2];
-  const double span = before ? inner.stamp - end.stamp : end.stamp - inner.stamp;
-  return Odometry{stamp, SE3::interpolate(inner.pose, end.pose, 1 + beyond / span), true};
+  const std::ptrdiff_t neighbour = static_cast<std::ptrdiff_t>(end) + inwards;
+  const auto size = static_cast<std::ptrdiff_t>(track_.size());
+  if (neighbour < 0 || neighbour >= size) return Odometry{stamp, last.pose, true};
+  const StampedPose& inner = track_[static_cast<std::size_t>(neighbour)];
+  const double span = std::abs(last.stamp - inner.stamp);
+  const bool hole = is_hole(inner.pose, last.pose, span, std::max(1.0, kHole * interval_));
+  if (hole) return Odometry{stamp, last.pose, true};
+  return Odometry{stamp, SE3::interpolate(inner.pose, last.pose, 1 + beyond / span), true};
 }
 
 }  // namespace lamina

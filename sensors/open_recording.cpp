@@ -2,6 +2,8 @@
 #include <lamina/sensors/recording.hpp>
 
 #include <lamina/models/error.hpp>
+#include <lamina/sensors/compressed_text.hpp>
+#include <lamina/sensors/input_kind.hpp>
 #include <lamina/sensors/recording_sources.hpp>
 
 namespace lamina {
@@ -9,17 +11,9 @@ namespace {
 constexpr const char* kKinds =
     "a dataset folder, .oni, .log, .clf, .rawlog, .bag, .pcd, or openni:URI";
 
-std::string lower_extension(const std::filesystem::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) {
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  }
-  return extension;
-}
-
 bool holds_clouds(const std::filesystem::path& folder) {
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (lower_extension(entry.path()) == ".pcd") return true;
+    if (ending_of(entry.path()) == ".pcd") return true;
   }
   return false;
 }
@@ -64,10 +58,13 @@ std::unique_ptr<Recording> open_recording(const std::string& input,
   if (!std::filesystem::exists(path, error)) {
     throw input_error(input, "", "no such file or folder", kKinds);
   }
-  const std::string extension = lower_extension(path);
+  const std::string extension = ending_of(path);
   if (std::filesystem::is_directory(path, error)) {
     const bool dataset = std::filesystem::exists(path / "calibration.yaml", error);
     if (!dataset && holds_clouds(path)) return open_pcd(path, options);
+    if (const auto kind = kind_of_input(path); !dataset && !kind.found.empty()) {
+      throw input_error(input, "", kind.found, kind.advice);
+    }
     if (extension != "" && (extension == ".oni" || extension == ".log" || extension == ".clf" ||
                             extension == ".rawlog" || extension == ".bag" || extension == ".pcd")) {
       throw input_error(input, "", "a folder", "a " + extension + " file");
@@ -77,11 +74,18 @@ std::unique_ptr<Recording> open_recording(const std::string& input,
   if (std::filesystem::is_empty(path, error) && !error) {
     throw input_error(input, "", "an empty file", "a recording");
   }
-  if (extension == ".oni") return open_openni(input, true, options);
   if (extension == ".log" || extension == ".clf") return open_carmen_log(path, options);
-  if (extension == ".rawlog") return open_rawlog(path, options);
-  if (extension == ".bag") return open_rosbag(path, options);
-  if (extension == ".pcd") return open_pcd(path, options);
+  if (path.extension() == ".rawlog") return open_rawlog(path, options);
+  if (compression_of(path) == Compression::kNone) {
+    if (extension == ".oni") return open_openni(input, true, options);
+    if (extension == ".rawlog") return open_rawlog(path, options);
+    if (extension == ".bag") return open_rosbag(path, options);
+    if (extension == ".pcd") return open_pcd(path, options);
+  }
+  if (const auto kind = kind_of_input(path); !kind.found.empty() && !seems_carmen(path)) {
+    throw input_error(input, "", kind.found, kind.advice);
+  }
+  if (seems_carmen(path)) return open_carmen_log(path, options);
   throw input_error(input, "",
                     extension.empty() ? "a file of no known kind" : "a " + extension + " file",
                     kKinds);

@@ -35,6 +35,7 @@ class ReclockedRecording final : public Recording {
   std::map<std::string, std::vector<Timestamp>> recorded_stamps() const override {
     return source_->recorded_stamps();
   }
+  std::map<Timestamp, Timestamp> restamped() const override { return source_->restamped(); }
   std::vector<std::string> remarks() const override { return source_->remarks(); }
   std::vector<Warning> warnings() const override { return source_->warnings(); }
   std::vector<std::string> assumed() const override { return source_->assumed(); }

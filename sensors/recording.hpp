@@ -44,6 +44,9 @@ class Recording {
   virtual std::map<std::string, std::vector<Timestamp>> recorded_stamps() const { return {}; }
   /// What no file or topic stated and was assumed for want of it: where sensors sit, noise.
   virtual std::vector<std::string> assumed() const { return {}; }
+  /// Used stamps of scans and images that are not the recorded ones, with these; only where the
+  /// recorded ones increase strictly over all that next() gives of them.
+  virtual std::map<Timestamp, Timestamp> restamped() const { return {}; }
   /// Remarks for people: what was found, assumed or is odd.
   virtual std::vector<std::string> remarks() const { return {}; }
   /// What of the recording may make the map wrong, or is not as its files state; complete at the

@@ -9,6 +9,7 @@
 #include <lamina/sensors/bag_frames.hpp>
 #include <lamina/sensors/calibration_overlay.hpp>
 #include <lamina/sensors/depth_codes.hpp>
+#include <lamina/sensors/input_kind.hpp>
 #include <lamina/sensors/intrinsics.hpp>
 #include <lamina/sensors/odometry_track.hpp>
 #include <lamina/sensors/planar_odometry.hpp>
@@ -17,6 +18,7 @@
 #include <lamina/sensors/reorder_buffer.hpp>
 #include <lamina/sensors/rosbag_source.hpp>
 #include <lamina/sensors/scan_checks.hpp>
+#include <lamina/sensors/scan_stream.hpp>
 #include <lamina/sensors/skip_counts.hpp>
 
 namespace lamina {
@@ -36,7 +38,7 @@ class BagRecording final : public Recording {
     given_.apply(calibration_);
     choose_topics();
     read_small_messages();
-    if (!sensor_frame_.empty() && chosen_.count("scan") > 0) scanner(sensor_frame_);
+    look_over_scans();
     place_camera();
     std::vector<std::string> frames;
     for (const char* role : {"scan", "depth", "imu"}) {
@@ -77,10 +79,14 @@ class BagRecording final : public Recording {
   std::map<std::string, std::vector<Timestamp>> recorded_stamps() const override {
     return {{"odometry", track_.stamps()}};
   }
+  std::map<Timestamp, Timestamp> restamped() const override {
+    return chosen_.count("depth") > 0 ? std::map<Timestamp, Timestamp>() : scans_.restamped();
+  }
   std::vector<std::string> remarks() const override { return remarks_; }
   std::vector<std::string> assumed() const override { return assumed_; }
   std::vector<Warning> warnings() const override {
-    std::vector<Warning> all = warnings_;
+    std::vector<Warning> all = scans_.warnings();
+    all.insert(all.end(), warnings_.begin(), warnings_.end());
     if (auto found = saturated_.warning()) all.push_back(*std::move(found));
     return all;
   }
@@ -92,8 +98,8 @@ class BagRecording final : public Recording {
       return std::make_unique<bag::Source>(name);
     } catch (const std::runtime_error& error) {
       const std::string why = error.what();
-      throw input_error(name, "", "no readable bag (" + why.substr(0, why.find('\n')) + ")",
-                        "a ROS 1 bag, version 2.0, indexed");
+      const InputKind kind = kind_of_bag(name, why.substr(0, why.find('\n')));
+      throw input_error(name, "", kind.found, kind.advice);
     }
   }
   void choose_topics();
@@ -102,11 +108,12 @@ class BagRecording final : public Recording {
   void read_small_messages();
   std::string sensor_frame();
   const LidarModel& scanner(const std::string& frame);
+  void look_over_scans();
   void choose_body(const BagBodies::Chosen& chosen);
   void place_camera();
   void place_camera(const bag::Message& image);
   void convert(bag::Message& message);
-  void convert_scan(bag::Message& message, Timestamp stamp);
+  void convert_scan(bag::Message& message);
   void convert_depth(bag::Message& message, Timestamp stamp);
   void push_frame(Measurement frame);
   std::optional<SE3> T_body(const std::string& frame);
@@ -130,6 +137,8 @@ class BagRecording final : public Recording {
   ReorderBuffer buffer_;
   SkipCounts skips_;
   std::vector<std::string> remarks_, assumed_;
+  ScanStream scans_;
+  std::size_t scan_index_ = 0;
   std::set<std::string> unplaced_;
   std::int64_t expected_ = 0;
   bool done_ = false;
@@ -253,7 +262,9 @@ void BagRecording::choose_body(const BagBodies::Chosen& chosen) {
   body_frame_ = chosen.frame;
   if (chosen.topic.empty() && !chosen.odometry.empty())
     remarks_.push_back("odom: transforms from frame odom");
-  track_ = OdometryTrack(chosen.odometry);
+  std::vector<Odometry> samples = chosen.odometry;
+  go_on_over_steps(samples);
+  track_ = OdometryTrack(samples);
   skips_.add(kSkipTimeBack, static_cast<std::int64_t>(track_.dropped()));
   settle_planar(track_.trajectory(), given_.states("odometry.planar"), calibration_, remarks_,
                 warnings_);
@@ -289,6 +300,24 @@ const LidarModel& BagRecording::scanner(const std::string& frame) {
   return lidars_.emplace(frame, model).first->second;
 }
 
+// The first places the scanner as soon as the bag is opened: settings depend on it. All of them say
+// what of the stamps can be, and which range means no return.
+void BagRecording::look_over_scans() {
+  if (chosen_.count("scan") == 0) return;
+  if (!sensor_frame_.empty()) scanner(sensor_frame_);
+  source_->select({chosen_["scan"]});
+  bag::Message message;
+  for (auto status = source_->next(message); status != bag::Source::Status::kEnd;
+       status = source_->next(message)) {
+    if (status != bag::Source::Status::kMessage || is_empty(message)) continue;
+    scans_.add(Timestamp::from_nanoseconds(message.stamp_ns), message.ranges,
+               static_cast<double>(message.range_min), static_cast<double>(message.range_max));
+  }
+  scans_.finish(
+      [this](std::size_t i) { return chosen_["scan"] + " message " + std::to_string(i + 1); });
+  remarks_.insert(remarks_.end(), scans_.remarks().begin(), scans_.remarks().end());
+}
+
 std::optional<SE3> BagRecording::T_body(const std::string& frame) {
   if (const auto pose = bodies_.tree().lookup(body_frame_, frame_name(frame))) return pose;
   if (unplaced_.insert(frame).second) {
@@ -308,7 +337,7 @@ void BagRecording::push_frame(Measurement frame) {
 
 void BagRecording::convert(bag::Message& message) {
   const Timestamp stamp = Timestamp::from_nanoseconds(message.stamp_ns);
-  if (message.kind == bag::Kind::kScan) convert_scan(message, stamp);
+  if (message.kind == bag::Kind::kScan) convert_scan(message);
   if (message.kind == bag::Kind::kDepth && !light_) convert_depth(message, stamp);
   if (message.kind == bag::Kind::kImu) {
     const auto& a = message.acceleration;
@@ -320,11 +349,13 @@ void BagRecording::convert(bag::Message& message) {
   }
 }
 
-void BagRecording::convert_scan(bag::Message& message, Timestamp stamp) {
+void BagRecording::convert_scan(bag::Message& message) {
   if (is_empty(message)) {
     skips_.add("empty scan");
     return;
   }
+  const auto used = scans_.stamp(scan_index_++);
+  if (!used) return;
   const auto step = static_cast<double>(message.angle_increment);
   if (beyond_one_turn(step, message.ranges.size())) {
     skips_.add(kSkipBeyondTurn, 1,
@@ -332,11 +363,12 @@ void BagRecording::convert_scan(bag::Message& message, Timestamp stamp) {
     return;
   }
   LaserScan scan;
-  scan.stamp = stamp;
+  scan.stamp = *used;
   scan.angle_min = static_cast<double>(message.angle_min);
   scan.angle_increment = step;
   scan.range_min = std::isfinite(message.range_min) ? static_cast<double>(message.range_min) : 0;
   scan.range_max = std::isfinite(message.range_max) ? static_cast<double>(message.range_max) : 0;
+  scan.range_max = scans_.limited(scan.range_max);
   scan.ranges = std::move(message.ranges);
   // [ROS]: beam 0 is at the stamp. Drivers that state nonsense are taken to state nothing.
   constexpr double kLongestSweep = 1;  // s

@@ -73,7 +73,8 @@ Level level_at(const std::vector<double>& times, std::size_t i, std::size_t from
 double set_back(const std::vector<double>& times, std::size_t i, double interval,
                 const SeriesOptions& options) {
   const double gap = times[i] - times[i - 1];
-  if (gap > 0 && gap < options.longest_pause) return 0;
+  // Less than half an interval back is a record too many, or late, rather than another clock.
+  if (gap > -0.5 * interval && gap < options.longest_pause) return 0;
   const Level before = level_at(times, i, i > kLevel ? i - kLevel : 0, i, interval);
   const Level after = level_at(times, i, i, std::min(times.size(), i + kLevel), interval);
   if (std::min(before.count, after.count) < 3) return 0;
@@ -136,13 +137,27 @@ void lay_between(std::vector<double>& times, const std::vector<std::size_t>& kep
   for (std::size_t i = kept.back() + 1; i < times.size(); ++i) times[i] = times[i - 1] + interval;
 }
 
-// On the usual period, at the middle of what the stamps about each record say of it: pauses stay.
+// On the usual period, where the stamps about each record have it at the middle: pauses stay. A
+// mean over the neighbours that agree smooths what the middle of few leaves.
 void lay_on_period(std::vector<double>& times, double interval, const SeriesOptions& options) {
   const std::vector<double> recorded = times;
   const std::size_t n = times.size();
+  const auto half_at = [&](std::size_t i) { return std::min({options.half_window, i, n - 1 - i}); };
+  std::vector<double> offsets;  // against records that stand one interval apart
   for (std::size_t i = 0; i < n; ++i) {
-    const std::size_t half = std::min({options.half_window, i, n - 1 - i});
-    times[i] = level_at(recorded, i, i - half, i + half + 1, interval).time;
+    const std::size_t half = half_at(i);
+    offsets.push_back(level_at(recorded, i, i - half, i + half + 1, interval).time -
+                      static_cast<double>(i) * interval);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t half = half_at(i);
+    double sum = 0, count = 0;
+    for (std::size_t j = i - half; j <= i + half; ++j) {
+      if (!(std::abs(offsets[j] - offsets[i]) <= 3 * interval)) continue;
+      sum += offsets[j];
+      count += 1;
+    }
+    times[i] = static_cast<double>(i) * interval + sum / count;
   }
   for (std::size_t i = 1; i < n; ++i) {
     times[i] = std::max(times[i], times[i - 1] + 0.2 * interval);
@@ -152,14 +167,22 @@ void lay_on_period(std::vector<double>& times, double interval, const SeriesOpti
 // A stall, and then at once what was held back: as many as should have come. Gives how many bursts.
 std::size_t spread_bursts(std::vector<double>& times, double interval, const SeriesOptions& options,
                           std::vector<std::size_t>& touched) {
-  std::size_t bursts = 0;
+  std::size_t bursts = 0, usual = 0, at_once = 0;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    const double gap = times[i] - times[i - 1];
+    usual += std::abs(gap - interval) < 0.3 * interval ? 1 : 0;
+    at_once += gap < options.burst * interval ? 1 : 0;
+  }
+  const auto others = static_cast<double>(times.size()) - 1 - static_cast<double>(at_once);
+  if (static_cast<double>(usual) < options.periodic * others) return 0;
   for (std::size_t i = 0; i + 3 < times.size(); ++i) {
-    if (!(times[i + 1] - times[i] > options.stall * interval)) continue;
+    if (!(times[i + 1] - times[i] > std::max(options.stall_s, options.stall * interval))) continue;
     std::size_t end = i + 1;
     while (end + 1 < times.size() && times[end + 1] - times[end] < options.burst * interval) ++end;
     const auto count = static_cast<double>(end - i);
     const double due = (times[end] - times[i]) / interval;
-    if (end - i < 3 || std::abs(count - due) > std::max(2.0, 0.25 * due)) continue;
+    if (end - i < options.burst_count || std::abs(count - due) > std::max(2.0, 0.25 * due))
+      continue;
     const double step = (times[end] - times[i]) / count;
     for (std::size_t j = i + 1; j < end; ++j) {
       times[j] = times[i] + static_cast<double>(j - i) * step;
@@ -193,7 +216,8 @@ std::optional<StampSeries> ordered_stamps(std::span<const std::optional<Timestam
   if (series.unordered > 0 && !grows(times, options.growing)) return std::nullopt;
   const std::vector<std::size_t> kept = increasing(times);
   const auto lost = static_cast<double>(times.size() - kept.size());
-  if (lost > options.few * static_cast<double>(times.size())) {
+  const bool long_enough = times.size() > options.half_window;
+  if (long_enough && lost > options.few * static_cast<double>(times.size())) {
     lay_on_period(times, series.interval, options);
   } else if (lost > 0) {
     lay_between(times, kept, series.interval);

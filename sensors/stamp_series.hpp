@@ -22,11 +22,16 @@ struct SeriesOptions {
   std::size_t half_window = 25;
   /// s; a clock that leaps ahead by more has been set or ran over, nobody waited as long.
   double longest_pause = 1e6;
-  /// In usual intervals: a silence that may be a stall, after which what was held back comes at
-  /// once.
-  double stall = 4;
+  /// s, and in usual intervals: a silence that may be a stall, after which what was held back comes
+  /// at once.
+  double stall_s = 1, stall = 4;
   /// In usual intervals: stamps nearer to each other are of one burst.
-  double burst = 0.3;
+  double burst = 0.2;
+  /// How many come at once at least.
+  std::size_t burst_count = 4;
+  /// Share of the intervals that must be within 30 % of the usual one: else the stream has no
+  /// period to be laid on.
+  double periodic = 0.7;
 };
 
 /// From record `at` on the clock was set back by `back` (s; negative: ahead).

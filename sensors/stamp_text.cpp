@@ -35,7 +35,7 @@ std::optional<StampText> read_stamp(std::string_view text) {
   return stamp;
 }
 
-void MicrosecondCheck::add(const StampText& stamp) {
+void MicrosecondCheck::add(const StampText& stamp, int stream) {
   if (!stamp.decimal || !possible_) return;
   if (!stamp.microseconds) {
     possible_ = false;
@@ -43,10 +43,10 @@ void MicrosecondCheck::add(const StampText& stamp) {
   }
   ++seen_;
   if (*stamp.microseconds != *stamp.decimal) ++shorter_;
-  if (last_decimal_ && *stamp.decimal < *last_decimal_) ++back_decimal_;
-  if (last_microseconds_ && *stamp.microseconds < *last_microseconds_) ++back_microseconds_;
-  last_decimal_ = stamp.decimal;
-  last_microseconds_ = stamp.microseconds;
+  const auto last = last_.find(stream);
+  if (last != last_.end() && *stamp.decimal < last->second.first) ++back_decimal_;
+  if (last != last_.end() && *stamp.microseconds < last->second.second) ++back_microseconds_;
+  last_[stream] = {*stamp.decimal, *stamp.microseconds};
 }
 
 bool MicrosecondCheck::found() const {

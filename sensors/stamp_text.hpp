@@ -1,8 +1,10 @@
 // Stamps as they are written, and those whose microseconds lack their leading zeros.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include <lamina/models/timestamp.hpp>
 
@@ -22,8 +24,8 @@ std::optional<StampText> read_stamp(std::string_view text);
 /// time seems to go back where the microseconds get a digit more.
 class MicrosecondCheck {
  public:
-  /// The next stamp of a stream; keep one check a stream.
-  void add(const StampText& stamp);
+  /// The next stamp of a stream; streams of one logger are checked together.
+  void add(const StampText& stamp, int stream = 0);
   /// Read as counts of microseconds, the stamps go back less often, and nothing speaks against it.
   bool found() const;
 
@@ -31,7 +33,7 @@ class MicrosecondCheck {
   static constexpr int kEnough = 40;  // stamps: one in ten begins with a zero, or none in 1.5 %
   int shorter_ = 0, seen_ = 0, back_decimal_ = 0, back_microseconds_ = 0;
   bool possible_ = true;
-  std::optional<Timestamp> last_decimal_, last_microseconds_;
+  std::map<int, std::pair<Timestamp, Timestamp>> last_;  // by stream, read in either way
 };
 
 }  // namespace lamina

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include <lamina/sensors/clock_order.hpp>
 #include <lamina/sensors/scan_checks.hpp>
 #include <lamina/sensors/text.hpp>
 #include <lamina/sensors/time_order.hpp>
@@ -17,9 +18,28 @@ constexpr double kFurthest = 1e7;         // m; positions beyond are damage
 constexpr double kQuaternionSlack = 0.1;  // off unit length: rounding at most
 constexpr double kUnendedSlack = 2e-3;    // of three digits
 
+// Gives each item a stamp that can be, in the order of the file.
+template <typename T>
+void lay_in_order(std::vector<T>& items, StreamClock& clock) {
+  ClockStream stream{clock.name, {}, {}};
+  for (const T& item : items) stream.stamps.emplace_back(item.stamp);
+  ClockOrderOptions options;
+  options.place = [&](std::size_t i) { return clock.name + " entry " + std::to_string(i + 1); };
+  const OrderedClock ordered = order_clocks({&stream, 1}, options);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const Timestamp used = ordered.stamps[0][i];
+    if (used != items[i].stamp) clock.recorded[used] = items[i].stamp;
+    items[i].stamp = used;
+  }
+  clock.warnings.insert(clock.warnings.end(), ordered.warnings.begin(), ordered.warnings.end());
+  clock.remarks.insert(clock.remarks.end(), ordered.remarks.begin(), ordered.remarks.end());
+}
+
 // Keeps what can stand in increasing time and counts the rest.
 template <typename T>
-std::vector<T> in_time_order(std::vector<T> items, SkipCounts& skips) {
+std::vector<T> in_time_order(std::vector<T> items, SkipCounts& skips,
+                             StreamClock* clock = nullptr) {
+  if (clock != nullptr && !items.empty()) lay_in_order(items, *clock);
   std::vector<Timestamp> stamps;
   stamps.reserve(items.size());
   for (const T& item : items) stamps.push_back(item.stamp);
@@ -143,7 +163,7 @@ void leave_out_cut_lines(std::vector<ScanLine>& scans, const char* text_end, Ski
 }
 }  // namespace
 
-std::vector<ListEntry> parse_list(std::string_view text, SkipCounts& skips) {
+std::vector<ListEntry> parse_list(std::string_view text, SkipCounts& skips, StreamClock* clock) {
   std::vector<ListEntry> entries;
   std::string_view line;
   for (LineReader lines(text); lines.next(line);) {
@@ -159,7 +179,7 @@ std::vector<ListEntry> parse_list(std::string_view text, SkipCounts& skips) {
       entries.push_back({*stamp, std::string(path)});
     }
   }
-  return in_time_order(std::move(entries), skips);
+  return in_time_order(std::move(entries), skips, clock);
 }
 
 std::optional<LaserScan> parse_scan_line(std::string_view line, std::string& why,
@@ -229,10 +249,10 @@ std::vector<ScanLine> index_scans(std::string_view text, SkipCounts& skips) {
     }
   }
   leave_out_cut_lines(scans, text.data() + text.size(), skips);
-  return in_time_order(std::move(scans), skips);
+  return scans;
 }
 
-std::vector<Odometry> parse_odometry(std::string_view text, SkipCounts& skips) {
+std::vector<Odometry> parse_odometry(std::string_view text, SkipCounts& skips, StreamClock* clock) {
   std::vector<Odometry> samples;
   std::string_view line;
   for (LineReader lines(text); lines.next(line);) {
@@ -254,7 +274,7 @@ std::vector<Odometry> parse_odometry(std::string_view text, SkipCounts& skips) {
     rotation.normalize();
     samples.push_back({stamp, SE3(SO3(rotation), {v[0], v[1], v[2]})});
   }
-  return in_time_order(std::move(samples), skips);
+  return in_time_order(std::move(samples), skips, clock);
 }
 
 std::vector<Accelerometer> parse_accelerometer(std::string_view text, SkipCounts& skips) {

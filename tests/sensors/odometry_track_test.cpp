@@ -46,6 +46,19 @@ TEST(OdometryTrack, KnowsNoWayThroughAHole) {
   EXPECT_TRUE(driving(4, 4.9).at(at(4.5)));  // a few samples lost are none
 }
 
+// The ends of a hole are ends: just inside, the motion beside them is carried on.
+TEST(OdometryTrack, JustInsideAHoleItsEndsGoOn) {
+  const OdometryTrack track = driving(4, 6);
+  for (const double t : {4.1, 5.9}) {
+    const auto odometry = track.at(at(t));
+    ASSERT_TRUE(odometry) << t;
+    EXPECT_NEAR(odometry->T_odom_body.translation().x(), t, 1e-9);
+    EXPECT_TRUE(odometry->interpolated);
+  }
+  EXPECT_FALSE(track.at(at(4.2)));
+  EXPECT_FALSE(track.at(at(5.8)));
+}
+
 // Wheels that are heard of when they move, and slow ones.
 TEST(OdometryTrack, SilenceOfABodyThatStandsIsNoHole) {
   std::vector<Odometry> samples;

@@ -1,0 +1,117 @@
+// What all scans of a recording say together, and the angles of lines that state none.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include <lamina/sensors/carmen_log.hpp>
+#include <lamina/sensors/scan_stream.hpp>
+
+namespace lamina {
+namespace {
+
+Timestamp at(double seconds) { return Timestamp::from_seconds(seconds); }
+
+// A room of some 4 by 8 m with noise, seen while the robot drives; every tenth beam has no return.
+std::vector<float> scan_of(int k, double code, std::mt19937& random) {
+  std::normal_distribution<double> noise(0, 0.01);
+  std::vector<float> ranges;
+  for (int i = 0; i < 180; ++i) {
+    const double a = (i - 89.5) * M_PI / 180;
+    const double wall = std::min(2 / std::max(1e-3, std::abs(std::sin(a))),
+                                 (8 - 0.02 * k) / std::max(1e-3, std::cos(a)));
+    ranges.push_back(static_cast<float>(i % 10 == 0 ? code : wall + noise(random)));
+  }
+  return ranges;
+}
+
+NoReturnCode room(double code, int scans = 100) {
+  std::mt19937 random(1);
+  NoReturnCode returns;
+  for (int k = 0; k < scans; ++k) returns.add(scan_of(k, code, random));
+  return returns;
+}
+
+TEST(NoReturnCode, IsAPeakBeyondAllWalls) {
+  for (const double code : {9.99, 12.0, 51.15, 81.83}) {
+    const auto found = room(code).code();
+    ASSERT_TRUE(found) << code;
+    EXPECT_LE(*found, static_cast<float>(code));
+    EXPECT_GT(*found, code - 0.03);
+  }
+  EXPECT_FALSE(room(HUGE_VAL).code());
+  EXPECT_FALSE(room(0).code());
+}
+
+TEST(NoReturnCode, MayBeScattered) {
+  std::mt19937 random(2);
+  std::uniform_real_distribution<double> scatter(51.14, 51.16);
+  NoReturnCode returns;
+  for (int k = 0; k < 100; ++k) {
+    auto ranges = scan_of(k, 0, random);
+    for (std::size_t i = 0; i < ranges.size(); i += 10) {
+      ranges[i] = static_cast<float>(scatter(random));
+    }
+    if (k == 50) ranges[0] = 51.25f;
+    returns.add(ranges);
+  }
+  ASSERT_TRUE(returns.code());
+  EXPECT_NEAR(*returns.code(), 51.14, 0.011);
+  EXPECT_EQ(returns.warning(*returns.code(), 0).id, "no_return_code");
+}
+
+// The far wall of a room in which the robot stands is where most returns are, and goes on beyond.
+TEST(NoReturnCode, AWallIsNone) {
+  std::mt19937 random(3);
+  NoReturnCode standing;
+  for (int k = 0; k < 100; ++k) standing.add(scan_of(0, 0, random));
+  EXPECT_FALSE(standing.code());
+}
+
+TEST(ScanStream, ScansPublishedTwiceAreUsedOnce) {
+  std::mt19937 random(4);
+  ScanStream stream;
+  for (int k = 0; k < 100; ++k) {
+    const auto ranges = scan_of(k, 0, random);
+    stream.add(at(0.1 * k), ranges, 0, 30);
+    stream.add(at(0.1 * k + 0.001), ranges, 0, 30);
+  }
+  stream.finish([](std::size_t k) { return "scan " + std::to_string(k); });
+  EXPECT_EQ(stream.stamp(20), at(1.0));
+  EXPECT_FALSE(stream.stamp(21));
+  ASSERT_EQ(stream.warnings().size(), 1u);
+  EXPECT_EQ(stream.warnings()[0].id, "scans_repeated");
+  EXPECT_NE(stream.warnings()[0].text.find("first at scan 1:"), std::string::npos);
+}
+
+TEST(ScanStream, BurstsKeepTheirRecordedStampsAside) {
+  std::mt19937 random(5);
+  ScanStream stream;
+  for (int k = 0; k < 100; ++k) {
+    const double stamp = k >= 40 && k < 55 ? 5.5 - 0.004 * (55 - k) : 0.1 * k;
+    stream.add(at(stamp), scan_of(k, 0, random), 0, 30);
+  }
+  stream.finish([](std::size_t k) { return std::to_string(k); });
+  EXPECT_NEAR(*stream.stamp(45) - at(4.5), 0, 0.02);
+  EXPECT_EQ(stream.restamped().at(*stream.stamp(45)), at(5.46));
+  ASSERT_EQ(stream.warnings().size(), 1u);
+  EXPECT_EQ(stream.warnings()[0].id, "stamps_in_bursts");
+}
+
+TEST(CarmenAngles, AreThoseOfParamWhereTheyFit) {
+  constexpr double kDegree = M_PI / 180;
+  const auto near = [&](std::size_t beams, CarmenFieldOfView stated, double first, double step) {
+    const auto [a, s] = carmen_angles(beams, stated);
+    EXPECT_NEAR(a / kDegree, first, 1e-3) << beams;
+    EXPECT_NEAR(s / kDegree, step, 1e-3) << beams;
+  };
+  near(421, {210, 0.5}, -105, 0.5);
+  near(181, {90, 0.5}, -45, 0.5);
+  near(181, {90, 0}, -45, 0.5);
+  near(360, {3.14159, 0.5}, -90, 0.5);  // radians
+  near(361, {}, -90, 0.5);
+  near(541, {180, 0.5}, -135, 0.5);  // the field of view of another laser
+}
+
+}  // namespace
+}  // namespace lamina
