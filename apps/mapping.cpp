@@ -24,6 +24,7 @@
 #include <lamina/apps/mounting_doubt.hpp>
 #include <lamina/apps/preset.hpp>
 #include <lamina/apps/progress.hpp>
+#include <lamina/apps/run_warnings.hpp>
 #include <lamina/apps/scanner_calibration.hpp>
 #include <lamina/apps/steps.hpp>
 #include <lamina/backend/mapper.hpp>
@@ -248,72 +249,6 @@ InterruptGuard guard(const MapRequest& request, bool live) {
               std::string(request.resume ? ", the checkpoint is as it was" : ""),
           "warning: interrupted: there was no time to write the map; " + again +
               " goes on from the last checkpoint"};
-}
-
-// What nobody stated, said once.
-void note_assumed(const Recording& recording, io::Metrics& metrics) {
-  metrics.assumed = recording.assumed();
-  if (metrics.assumed.empty()) return;
-  spdlog::info("assumed, as nothing states it: {} (--calibration FILE states it)",
-               fmt::join(metrics.assumed, "; "));
-}
-
-// Where a signal ended the run.
-void warn_of_end(const Recording& recording, io::Metrics& metrics) {
-  const double read = metrics.counts["measurements"];
-  const std::string all =
-      recording.size_hint() ? fmt::format(" of {}", *recording.size_hint()) : std::string();
-  metrics.warn("interrupted",
-               fmt::format("interrupted: the map is partial ({:.0f}{} measurements were read); the "
-                           "same command with --resume goes on from the checkpoint",
-                           read, all));
-}
-
-// Frames and lines that were left out are more than an accident from a hundredth on.
-std::vector<Warning> dropped_frames(const Recording& recording, const io::Metrics& metrics) {
-  constexpr double kShare = 0.01;
-  const std::string unused[] = {"topic not used", "kind not used", "kind of line not read",
-                                "second record", "laser whose place"};
-  std::int64_t dropped = 0;
-  std::string reasons;
-  const auto firsts = recording.first_skipped();
-  for (const auto& [why, count] : metrics.skipped) {
-    const bool meant = std::any_of(std::begin(unused), std::end(unused), [&why](const auto& start) {
-      return why.compare(0, start.size(), start) == 0;
-    });
-    if (meant || why.compare(0, 6, "scan: ") == 0) continue;
-    dropped += count;
-    reasons += fmt::format("{}{} x {}", reasons.empty() ? "" : ", ", count, why);
-    if (const auto first = firsts.find(why); first != firsts.end())
-      reasons += ", first " + first->second;
-  }
-  const auto steps = metrics.counts.find("steps");
-  const double kept = steps == metrics.counts.end() ? 0 : steps->second;
-  if (!(static_cast<double>(dropped) > kShare * (kept + static_cast<double>(dropped)))) return {};
-  return {
-      {"frames_dropped",
-       fmt::format("{} lines or frames were left out beside {:.0f} that were mapped ({}): the map "
-                   "lacks what they saw",
-                   dropped, kept, reasons)}};
-}
-
-// What makes the result doubtful, by the reader first: causes before consequences.
-void warn_of_result(const std::string& input, const Recording& recording, const FrontEnd& front_end,
-                    io::Metrics& metrics) {
-  const auto warn = [&metrics](std::vector<Warning> found) {
-    for (Warning& one : found) metrics.warn(std::move(one.id), std::move(one.text));
-  };
-  warn(recording.warnings());
-  warn(dropped_frames(recording, metrics));
-  warn(doubts(input, front_end, metrics));
-}
-
-// Online nothing is known of a scanner before the robot has driven: what a first look would have
-// corrected is said at the end.
-void warn_of_scanner(Recording& again, const Settings& settings, const std::function<bool()>& ended,
-                     io::Metrics& metrics) {
-  if (const auto found = check_scanner(again, settings, ended))
-    report_scanner(*found, again.calibration(), false, metrics);
 }
 
 }  // namespace
