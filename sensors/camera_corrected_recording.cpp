@@ -33,7 +33,8 @@ void apply(const CameraFixes& fixes, DepthFrame& frame) {
   for (std::uint16_t& raw : frame.raw) raw = raw >= least && raw <= most ? 0 : raw;
 }
 
-CameraCorrectedRecording::CameraCorrectedRecording(std::unique_ptr<Recording> source, const CameraFixes& fixes)
+CameraCorrectedRecording::CameraCorrectedRecording(std::unique_ptr<Recording> source,
+                                                   const CameraFixes& fixes)
     : source_(std::move(source)), fixes_(fixes) {}
 
 // A bag's camera is known with its first image.

@@ -37,13 +37,13 @@ std::string at_line(int number, std::string_view line) {
   return std::to_string(number) + ": " + shown(line);
 }
 
-// By name where it is one, so that each kind is counted by itself.
+// By name where it is one (NEFF, NMEA-GGA), so that each kind is counted by itself.
 std::string kind_not_read(std::string_view line) {
   constexpr std::size_t kLongest = 24;  // characters of a name
   const std::string_view word = next_field(line);
   const bool name =
       word.size() <= kLongest && std::all_of(word.begin(), word.end(), [](unsigned char c) {
-        return std::isalnum(c) != 0 || c == '_' || c == '-';
+        return std::isupper(c) != 0 || std::isdigit(c) != 0 || c == '_' || c == '-';
       });
   return name ? "kind of line not read: " + std::string(word) : "line of no kind";
 }

@@ -7,6 +7,7 @@
 #include <lamina/sensors/calibration_overlay.hpp>
 #include <lamina/sensors/carmen_clock.hpp>
 #include <lamina/sensors/carmen_index.hpp>
+#include <lamina/sensors/clock_order.hpp>
 #include <lamina/sensors/compressed_text.hpp>
 #include <lamina/sensors/odometry_track.hpp>
 #include <lamina/sensors/recording_sources.hpp>
@@ -27,7 +28,7 @@ class CarmenRecording final : public Recording {
                   bool cut = false)
       : name_(name), text_(std::move(text)), index_(index_carmen(text_)), skips_(index_.skips) {
     if (index_.sources.empty() && index_.odoms.empty()) {
-      throw input_error(name, "", "no laser scan and no odometry" + first_cases(),
+      throw input_error(name, "", "no laser scan and no odometry" + skips_.summary(", first line "),
                         "CARMEN lines (ODOM, FLASER, ROBOTLASER1, ...)");
     }
     const CarmenClock clock =
@@ -70,15 +71,6 @@ class CarmenRecording final : public Recording {
   }
 
  private:
-  // For messages: why lines were left out.
-  std::string first_cases() const {
-    std::string text;
-    for (const auto& [why, count] : skips_.counts()) {
-      text += (text.empty() ? " (" : ", ") + std::to_string(count) + " x " + why;
-      if (!skips_.first(why).empty()) text += ", first line " + skips_.first(why);
-    }
-    return text.empty() ? text : text + ")";
-  }
   void choose_odometry();
   void set_up_lidars(const RecordingOptions& options);
   std::optional<SE3> mounting(const CarmenSource& source) const;
@@ -106,15 +98,15 @@ class CarmenRecording final : public Recording {
 
 std::map<Timestamp, Timestamp> CarmenRecording::restamped() const {
   std::map<Timestamp, Timestamp> recorded;
-  std::optional<Timestamp> last;
+  std::vector<Timestamp> frames;
   for (const auto& [source, i] : order_) {
     if (source < 0) return {};
     const CarmenScanEntry& entry = index_.sources[static_cast<std::size_t>(source)].entries[i];
-    if (!entry.recorded || (last && *entry.recorded <= *last)) return {};
-    last = entry.recorded;
-    if (*last != entry.stamp) recorded[entry.stamp] = *last;
+    if (!entry.recorded) return {};
+    frames.push_back(entry.stamp);
+    if (*entry.recorded != entry.stamp) recorded[entry.stamp] = *entry.recorded;
   }
-  return recorded;
+  return where_increasing(recorded, frames);
 }
 
 void CarmenRecording::choose_odometry() {

@@ -66,12 +66,8 @@ class Orderer {
     return options_.place(stream.lines.empty() ? record : stream.lines[record]);
   }
   void say(bool loud, const std::string& id, const std::string& text) {
-    if (!loud) return result_.remarks.push_back(text);
-    // One cause, one warning, whatever streams it touched.
-    const auto same = std::find_if(result_.warnings.begin(), result_.warnings.end(),
-                                   [&](const Warning& warning) { return warning.id == id; });
-    if (same == result_.warnings.end()) return result_.warnings.push_back({id, text});
-    same->text += "; " + text;
+    if (loud) add_warnings(result_.warnings, {{id, text}});
+    if (!loud) result_.remarks.push_back(text);
   }
 
   std::span<const ClockStream> streams_;
@@ -178,6 +174,27 @@ void Orderer::lay_by_lines(std::size_t s) {
 }
 
 }  // namespace
+
+void add_warnings(std::vector<Warning>& to, const std::vector<Warning>& more) {
+  for (const Warning& warning : more) {
+    const auto same = std::find_if(to.begin(), to.end(),
+                                   [&](const Warning& other) { return other.id == warning.id; });
+    if (same != to.end()) same->text += "; " + warning.text;
+    if (same == to.end()) to.push_back(warning);
+  }
+}
+
+std::map<Timestamp, Timestamp> where_increasing(const std::map<Timestamp, Timestamp>& recorded,
+                                                std::span<const Timestamp> frames) {
+  std::optional<Timestamp> last;
+  for (const Timestamp used : frames) {
+    const auto found = recorded.find(used);
+    const Timestamp stamp = found == recorded.end() ? used : found->second;
+    if (last && stamp <= *last) return {};
+    last = stamp;
+  }
+  return recorded;
+}
 
 OrderedClock order_clocks(std::span<const ClockStream> streams, const ClockOrderOptions& options) {
   return Orderer(streams, options).run();

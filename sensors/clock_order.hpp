@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -39,6 +40,14 @@ struct OrderedClock {
   std::vector<Warning> warnings;
   std::vector<std::string> remarks;
 };
+
+/// Adds warnings; those of a cause that is there already are joined to it.
+void add_warnings(std::vector<Warning>& to, const std::vector<Warning>& more);
+
+/// `recorded` (by used stamp) where the recorded stamps of all `frames` (used stamps, in order)
+/// increase strictly; else nothing.
+std::map<Timestamp, Timestamp> where_increasing(const std::map<Timestamp, Timestamp>& recorded,
+                                                std::span<const Timestamp> frames);
 
 /// Streams whose stamps say nothing take theirs from the lines about them; if no stream has any,
 /// lines stand evenly, `nominal_interval` from one record of the first stream to the next.

@@ -97,20 +97,9 @@ void DatasetRecording::read_poses() {
 void DatasetRecording::read_scans() {
   if (!has("scans.csv")) return;
   const std::string all = text("scans.csv");
-  const auto indexed = index_scans(all, skips_);
-  for (const ScanLine& scan : indexed) {
-    std::string why;
-    const auto whole = parse_scan_line(scan.line, why);
-    const LaserScan& read = whole.value_or(LaserScan());
-    stream_.add(scan.stamp, read.ranges, read.range_min, read.range_max);
-  }
-  stream_.finish([&](std::size_t k) { return "scans.csv:" + std::to_string(indexed[k].number); });
-  for (std::size_t k = 0; k < indexed.size(); ++k) {
-    const auto& [stamp, line, number] = indexed[k];
-    if (const auto used = stream_.stamp(k))
-      scans_.push_back({*used, line.data() - all.data(), line.size(), number});
-  }
-  take(stream_.warnings(), stream_.remarks(), stream_.restamped());
+  for (const ScanLine& scan : index_scans(all, skips_, stream_))
+    scans_.push_back({scan.stamp, scan.line.data() - all.data(), scan.line.size(), scan.number});
+  take(stream_.notes().warnings, stream_.notes().remarks, stream_.restamped());
   scans_file_.open(folder_ / "scans.csv", std::ios::binary);
   if (!calibration_.lidar) {
     calibration_.lidar = LidarModel();
@@ -329,7 +318,7 @@ std::optional<Measurement> DatasetRecording::read_scan(const ScanPlace& place) {
     return std::nullopt;
   }
   scan->stamp = place.stamp;
-  scan->range_max = stream_.limited(scan->range_max);
+  stream_.take_out_codes(scan->ranges);
   scan->lidar = *calibration_.lidar;
   return *std::move(scan);
 }

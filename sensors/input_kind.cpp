@@ -122,7 +122,7 @@ InputKind kind_of_bag(const std::filesystem::path& file, const std::string& why)
     return {"a bag without an index (its recorder was stopped before it closed the file)",
             "an indexed bag: run `rosbag reindex " + file.filename().string() + "`"};
   }
-  return {"a damaged bag (" + why + ")",
+  return {"a bag that is cut short or damaged (" + why + ")",
           "a whole ROS 1 bag: try `rosbag reindex`, or copy the file again"};
 }
 

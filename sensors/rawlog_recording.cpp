@@ -160,7 +160,6 @@ class RawlogRecording final : public Recording {
     given_.apply(calibration_);
     first_pass();
   }
-
   std::optional<Measurement> next_light() override {
     light_ = true;
     return next();

@@ -205,7 +205,8 @@ void BagRecording::look_over_scans() {
   }
   scans_.finish(
       [this](std::size_t i) { return chosen_["scan"] + " message " + std::to_string(i + 1); });
-  remarks_.insert(remarks_.end(), scans_.remarks().begin(), scans_.remarks().end());
+  const auto& said = scans_.notes().remarks;
+  remarks_.insert(remarks_.end(), said.begin(), said.end());
 }
 
 std::optional<SE3> BagRecording::T_body(const std::string& frame) {
@@ -258,8 +259,8 @@ void BagRecording::convert_scan(bag::Message& message) {
   scan.angle_increment = step;
   scan.range_min = std::isfinite(message.range_min) ? static_cast<double>(message.range_min) : 0;
   scan.range_max = std::isfinite(message.range_max) ? static_cast<double>(message.range_max) : 0;
-  scan.range_max = scans_.limited(scan.range_max);
   scan.ranges = std::move(message.ranges);
+  scans_.take_out_codes(scan.ranges);
   // [ROS]: beam 0 is at the stamp. Drivers that state nonsense are taken to state nothing.
   constexpr double kLongestSweep = 1;  // s
   const double sweep =

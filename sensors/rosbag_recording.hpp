@@ -74,7 +74,7 @@ class BagRecording final : public Recording {
   std::vector<std::string> remarks() const override { return remarks_; }
   std::vector<std::string> assumed() const override { return assumed_; }
   std::vector<Warning> warnings() const override {
-    std::vector<Warning> all = scans_.warnings();
+    std::vector<Warning> all = scans_.notes().warnings;
     all.insert(all.end(), warnings_.begin(), warnings_.end());
     if (auto found = saturated_.warning()) all.push_back(*std::move(found));
     return all;

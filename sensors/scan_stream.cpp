@@ -34,6 +34,13 @@ void ScanStream::add(Timestamp stamp, const std::vector<float>& ranges, double r
   returns_.add(returns);
 }
 
+void ScanStream::take_out_codes(std::vector<float>& ranges) const {
+  if (!code_) return;
+  for (float& range : ranges) {
+    if (range >= static_cast<float>(*code_)) range = HUGE_VALF;
+  }
+}
+
 void ScanStream::finish(const std::function<std::string(std::size_t)>& place) {
   ClockStream stream{"scans", {}, {}};
   std::vector<std::size_t> scans;  // those that are no repeats
@@ -54,12 +61,12 @@ void ScanStream::finish(const std::function<std::string(std::size_t)>& place) {
       restamped_[ordered.stamps[0][i]] = *stream.stamps[i];
   }
   if (!increase) restamped_.clear();
-  warnings_ = ordered.warnings;
-  remarks_ = ordered.remarks;
+  notes_.warnings = ordered.warnings;
+  notes_.remarks = ordered.remarks;
   const std::size_t repeats = recorded_.size() - scans.size();
   if (static_cast<double>(repeats) > kWorthSaying * static_cast<double>(recorded_.size())) {
     const auto first = std::find(recorded_.begin(), recorded_.end(), std::nullopt);
-    warnings_.push_back(
+    notes_.warnings.push_back(
         {"scans_repeated",
          fmt::format("{} of {} scans repeat the one before within 20 ms, first at {}: each is used "
                      "once",
@@ -67,7 +74,7 @@ void ScanStream::finish(const std::function<std::string(std::size_t)>& place) {
                      place(static_cast<std::size_t>(first - recorded_.begin())))});
   }
   code_ = returns_.code();
-  if (code_) warnings_.push_back(returns_.warning(*code_, 0));
+  if (code_) notes_.warnings.push_back(returns_.warning(*code_, 0));
 }
 
 }  // namespace lamina

@@ -23,14 +23,16 @@ class ScanStream {
   std::optional<Timestamp> stamp(std::size_t k) const {
     return k < used_.size() ? used_[k] : std::nullopt;
   }
-  /// range_max without the readings that mean no return; as stated where there are none such.
-  double limited(double range_max) const {
-    return code_ && (range_max <= 0 || *code_ < range_max) ? *code_ : range_max;
-  }
+  /// Readings that mean no return become infinite.
+  void take_out_codes(std::vector<float>& ranges) const;
   /// Recorded stamps by those that are used, where they differ and increase strictly.
   const std::map<Timestamp, Timestamp>& restamped() const { return restamped_; }
-  const std::vector<Warning>& warnings() const { return warnings_; }
-  const std::vector<std::string>& remarks() const { return remarks_; }
+  /// What to say of it all.
+  struct Notes {
+    std::vector<Warning> warnings;
+    std::vector<std::string> remarks;
+  };
+  const Notes& notes() const { return notes_; }
 
  private:
   std::vector<std::optional<Timestamp>> recorded_, used_;  // of repeats: none
@@ -39,8 +41,7 @@ class ScanStream {
   NoReturnCode returns_;
   std::optional<double> code_;
   std::map<Timestamp, Timestamp> restamped_;
-  std::vector<Warning> warnings_;
-  std::vector<std::string> remarks_;
+  Notes notes_;
 };
 
 }  // namespace lamina

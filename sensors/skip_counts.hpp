@@ -26,6 +26,15 @@ class SkipCounts {
   /// The first case of each reason that has a place.
   const std::map<std::string, std::string>& firsts() const { return firsts_; }
   const std::map<std::string, std::int64_t>& counts() const { return counts_; }
+  /// " (3 x short line, first scans.csv:7: ...)"; empty where nothing was left out.
+  std::string summary(const std::string& before_first = ", first ") const {
+    std::string text;
+    for (const auto& [why, count] : counts_) {
+      text += (text.empty() ? " (" : ", ") + std::to_string(count) + " x " + why;
+      if (!first(why).empty()) text += before_first + first(why);
+    }
+    return text.empty() ? text : text + ")";
+  }
   std::int64_t total() const {
     std::int64_t sum = 0;
     for (const auto& [why, count] : counts_) sum += count;

@@ -213,10 +213,10 @@ std::optional<StampSeries> ordered_stamps(std::span<const std::optional<Timestam
   if (series.unordered > 0 && !(series.interval > 0)) return std::nullopt;
   series.steps = take_out_steps(times, series.interval, options);
   for (const ClockStep& step : series.steps) touched.push_back(step.at);
-  if (series.unordered > 0 && !grows(times, options.growing)) return std::nullopt;
+  const bool long_enough = times.size() > options.half_window;
+  if (series.unordered > 0 && long_enough && !grows(times, options.growing)) return std::nullopt;
   const std::vector<std::size_t> kept = increasing(times);
   const auto lost = static_cast<double>(times.size() - kept.size());
-  const bool long_enough = times.size() > options.half_window;
   if (long_enough && lost > options.few * static_cast<double>(times.size())) {
     lay_on_period(times, series.interval, options);
   } else if (lost > 0) {

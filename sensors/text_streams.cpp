@@ -252,6 +252,22 @@ std::vector<ScanLine> index_scans(std::string_view text, SkipCounts& skips) {
   return scans;
 }
 
+std::vector<ScanLine> index_scans(std::string_view text, SkipCounts& skips, ScanStream& stream) {
+  const std::vector<ScanLine> lines = index_scans(text, skips);
+  for (const ScanLine& line : lines) {
+    std::string why;
+    const LaserScan scan = parse_scan_line(line.line, why).value_or(LaserScan());
+    stream.add(line.stamp, scan.ranges, scan.range_min, scan.range_max);
+  }
+  stream.finish([&](std::size_t k) { return "scans.csv:" + std::to_string(lines[k].number); });
+  std::vector<ScanLine> used;
+  for (std::size_t k = 0; k < lines.size(); ++k) {
+    if (const auto stamp = stream.stamp(k))
+      used.push_back({*stamp, lines[k].line, lines[k].number});
+  }
+  return used;
+}
+
 std::vector<Odometry> parse_odometry(std::string_view text, SkipCounts& skips, StreamClock* clock) {
   std::vector<Odometry> samples;
   std::string_view line;

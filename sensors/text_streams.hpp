@@ -10,6 +10,7 @@
 
 #include <lamina/models/warning.hpp>
 #include <lamina/sensors/measurement.hpp>
+#include <lamina/sensors/scan_stream.hpp>
 #include <lamina/sensors/skip_counts.hpp>
 
 namespace lamina {
@@ -45,6 +46,8 @@ struct ScanLine {
 /// that have fewer where that is rare (one such line, or one in ten): else a scanner's lengths
 /// vary.
 std::vector<ScanLine> index_scans(std::string_view text, SkipCounts& skips);
+/// Likewise, with the stamps that are used, without repeats; what all scans say is in `stream`.
+std::vector<ScanLine> index_scans(std::string_view text, SkipCounts& skips, ScanStream& stream);
 /// One line of scans.csv; nullopt and the reason in `why` when it is none, and in `found` what
 /// stands there, where the line itself does not show it.
 std::optional<LaserScan> parse_scan_line(std::string_view line, std::string& why,

@@ -163,7 +163,8 @@ TEST(RoundTrip, DamagedBags) {
     open_recording(folder.file("cut.bag"));
     FAIL() << "a bag without an index was accepted";
   } catch (const Error& error) {
-    const std::string start = folder.file("cut.bag") + ": found a bag without an index (";
+    const std::string start =
+        folder.file("cut.bag") + ": found a bag that is cut short or damaged (";
     EXPECT_EQ(std::string(error.what()).substr(0, start.size()), start);
   }
   // Damage anywhere gives an error or fewer messages, never a crash.

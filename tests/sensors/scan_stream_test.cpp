@@ -79,9 +79,9 @@ TEST(ScanStream, ScansPublishedTwiceAreUsedOnce) {
   stream.finish([](std::size_t k) { return "scan " + std::to_string(k); });
   EXPECT_EQ(stream.stamp(20), at(1.0));
   EXPECT_FALSE(stream.stamp(21));
-  ASSERT_EQ(stream.warnings().size(), 1u);
-  EXPECT_EQ(stream.warnings()[0].id, "scans_repeated");
-  EXPECT_NE(stream.warnings()[0].text.find("first at scan 1:"), std::string::npos);
+  ASSERT_EQ(stream.notes().warnings.size(), 1u);
+  EXPECT_EQ(stream.notes().warnings[0].id, "scans_repeated");
+  EXPECT_NE(stream.notes().warnings[0].text.find("first at scan 1:"), std::string::npos);
 }
 
 TEST(ScanStream, BurstsKeepTheirRecordedStampsAside) {
@@ -94,8 +94,8 @@ TEST(ScanStream, BurstsKeepTheirRecordedStampsAside) {
   stream.finish([](std::size_t k) { return std::to_string(k); });
   EXPECT_NEAR(*stream.stamp(45) - at(4.5), 0, 0.02);
   EXPECT_EQ(stream.restamped().at(*stream.stamp(45)), at(5.46));
-  ASSERT_EQ(stream.warnings().size(), 1u);
-  EXPECT_EQ(stream.warnings()[0].id, "stamps_in_bursts");
+  ASSERT_EQ(stream.notes().warnings.size(), 1u);
+  EXPECT_EQ(stream.notes().warnings[0].id, "stamps_in_bursts");
 }
 
 TEST(CarmenAngles, AreThoseOfParamWhereTheyFit) {
