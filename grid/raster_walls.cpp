@@ -39,7 +39,7 @@ double face_top(const Eigen::Vector2d& foot, const Eigen::Vector2d& towards, dou
   const int n = static_cast<int>(std::ceil(kBeside / r));
   const CellIndex at = cell_of(foot, r);
   const int i0 = at.i - canvas.tile.first.i, j0 = at.j - canvas.tile.first.j;
-  double before = low + kAstride;
+  double before = 0;
   bool any_before = false;
   std::vector<double> behind;
   for (int j = j0 - n; j <= j0 + n; ++j) {
@@ -56,7 +56,7 @@ double face_top(const Eigen::Vector2d& foot, const Eigen::Vector2d& towards, dou
       }
     }
   }
-  if (behind.empty()) return high;
+  if (behind.empty() || !any_before) return high;  // a pit's side: nobody saw ground before it
   // Discs astride the edge lie between floor and top, and lean: the middle of the upper ones.
   std::sort(behind.begin(), behind.end());
   const auto upper = std::lower_bound(behind.begin(), behind.end(), 0.5 * (before + behind.back()));
