@@ -23,7 +23,8 @@ std::string message_of(const std::string& name, const Parameters& parameters) {
 
 TEST(Worlds, UnknownNamesAndKeysSuggestTheNearest) {
   EXPECT_THAT(message_of("corridor_lop", {}), HasSubstr("did you mean 'corridor_loop'?"));
-  EXPECT_THAT(message_of("hole", {{"hole.depht_m", "1"}}), HasSubstr("did you mean 'hole.depth_m'?"));
+  EXPECT_THAT(message_of("hole", {{"hole.depht_m", "1"}}),
+              HasSubstr("did you mean 'hole.depth_m'?"));
   EXPECT_THAT(message_of("hole", {{"hole.depth_m", "deep"}}), HasSubstr("a number"));
   EXPECT_THAT(message_of("hole", {{"camera.model", "kinetc"}}), HasSubstr("kinect, stereo, ideal"));
 }
