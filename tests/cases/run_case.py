@@ -91,7 +91,7 @@ CASES = {
         "scanner_sweep_ms" not in r.metrics["counts"], "a scan duration was found")),
     "flirt_fr079": ("flirt_fr079_344_347.log", None, lambda r: fine(r) or step_near(
         r, 3, (-0.053486, -0.265007), 0.15)),
-    "frclinic": ("frclinic_5090_5110.clf", None, lambda r: fine(r) or largest_turn(r, 16)),
+    "frclinic": ("frclinic_5090_5110.clf", None, lambda r: fine(r) or largest_turn(r, 8)),
     "acapulco_max": ("acapulco_max_5115.log", None, lambda r: fine(r) or no_reading_beyond(r, 51)),
     "narrow_aperture": ("narrow_aperture.rawlog", None, lambda r: fine(r) or says(r, "field_of_view|aperture")),
     "turtlebot3": ("turtlebot3.bag", None, fine),
