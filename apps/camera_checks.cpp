@@ -209,7 +209,9 @@ void take_mounting(Look& look, bool correct, bool stereo, CameraFindings& all) {
              "floor, walls and scans may lean as much",
              verdict.tilt_scatter / kDegree)});
   }
-  all.no_ground = all.no_ground || verdict.never_seen;
+  if (verdict.never_seen && !(verdict.wrong && correct))
+    all.no_ground =
+        warning.id.empty() ? floor_unseen_warning(verdict, look.camera().camera) : Warning();
   if (!warning.id.empty()) all.warnings.push_back(std::move(warning));
 }
 

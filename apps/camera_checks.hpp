@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include <lamina/frontend/floor/floor_options.hpp>
@@ -17,7 +18,10 @@ namespace lamina::apps {
 struct CameraFindings {
   CameraFixes fixes;
   std::vector<Warning> warnings;
-  bool no_ground = false;  ///< no image shows floor where the mounting says, and nobody knows why
+  /// No image shows floor where the mounting says, and nothing was corrected: a camera that makes
+  /// no free ground, unless later images do. The warning then; its id is empty where a cause is
+  /// said.
+  std::optional<Warning> no_ground;
 };
 
 /// Looks over the first images of depth cameras and stereo pairs: at most 600 of them, 40 where the
@@ -29,5 +33,7 @@ CameraFindings check_cameras(Recording& recording, const FloorOptions& options,
 /// What a verdict says to people: found, what it means, what was done (`corrected`). Empty id:
 /// nothing.
 Warning mounting_warning(const MountingVerdict& verdict, const CameraModel& stated, bool corrected);
+/// Likewise, of a camera with no ground.
+Warning floor_unseen_warning(const MountingVerdict& verdict, const CameraModel& stated);
 
 }  // namespace lamina::apps

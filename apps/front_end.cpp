@@ -289,6 +289,7 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
     floor_.believe_knocks(may_be_knocked(frame.stamp));
     floor = floor_.process(frame);
     floor.sensor = kind;
+    floors_.add(frame, floor);
     optical_.add(floor, frame.camera.camera.T_body_camera);
     const bool ideal = frame.camera.noise.kind == DepthNoise::Kind::kIdeal;
     depth_noise_.add(floor.noise_scale / (ideal ? raised_by_rounding(frame) : 1));

@@ -13,6 +13,7 @@
 #include <lamina/frontend/floor/depth_distortion.hpp>
 #include <lamina/frontend/floor/floor_frontend.hpp>
 #include <lamina/frontend/floor/knock_watch.hpp>
+#include <lamina/frontend/floor/mounting_check.hpp>
 #include <lamina/frontend/floor/noise_watch.hpp>
 #include <lamina/frontend/floor/optical_watch.hpp>
 #include <lamina/frontend/floor/tilted_start.hpp>
@@ -122,6 +123,8 @@ class FrontEnd {
   const RangeCheck& range_check() const { return range_check_; }
   /// How noisy depth images are, against what their calibration says.
   const NoiseWatch& depth_noise() const { return depth_noise_; }
+  /// How many of them show floor where their mounting says.
+  const FloorsAsStated& floors_as_stated() const { return floors_; }
   /// Where they show floor, if their calibration turns nothing.
   const OpticalWatch& optical() const { return optical_; }
   /// Measurements that were left out, by reason.
@@ -137,7 +140,7 @@ class FrontEnd {
            T_start_image, image_velocity, skipped, ground_returns, last_slope, last_two_slopes,
            slopes_seen, knocks, last_sight, since_image, lifted_since_scan, ever_lifted,
            follow_slopes, images_beside_wheels, sweep_watch, scans_tell_scale, scan_left,
-           range_noise, scanner_noise, depth_noise, optical, range_check] = v;
+           range_noise, scanner_noise, depth_noise, optical, floors, range_check] = v;
     static_cast<void>(follow_slopes);         // of the mode
     static_cast<void>(images_beside_wheels);  // likewise
     static_cast<void>(distortion);            // of the recording, before it is mapped
@@ -153,7 +156,7 @@ class FrontEnd {
       since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns,
       last_slope, last_two_slopes, slopes_seen, knocks, last_sight, since_image, lifted_since_scan,
       ever_lifted, sweep, sweep_watch, scan_left, range_noise, scanner_noise, depth_noise, optical,
-      range_check);
+      floors, range_check);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -263,6 +266,7 @@ class FrontEnd {
   double scanner_noise_ = 0;  // m, at most, where it is more than stated
   NoiseWatch depth_noise_;
   OpticalWatch optical_;
+  FloorsAsStated floors_;
   RangeCheck range_check_;
 };
 

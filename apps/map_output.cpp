@@ -11,52 +11,15 @@
 #include <ostream>
 #include <set>
 
-#include <lamina/apps/ground_hits.hpp>
-#include <lamina/apps/leaning_walls.hpp>
-#include <lamina/apps/legs.hpp>
-#include <lamina/apps/occupancy_of_scans.hpp>
-#include <lamina/apps/overhangs.hpp>
 #include <lamina/apps/recorded_stamps.hpp>
 #include <lamina/backend/refiner.hpp>
-#include <lamina/grid/driven_ground.hpp>
-#include <lamina/grid/occupancy_fill.hpp>
-#include <lamina/grid/occupancy_grid.hpp>
-#include <lamina/grid/rasterizer.hpp>
 #include <lamina/io/atomic_file.hpp>
 #include <lamina/io/decimal_seconds.hpp>
-#include <lamina/io/grid_files.hpp>
 #include <lamina/io/map_files.hpp>
 #include <lamina/io/scan_files.hpp>
 #include <lamina/io/session_archive.hpp>
-#include <lamina/io/terrain_files.hpp>
 
 namespace lamina::apps {
-
-namespace {
-
-RasterOptions raster_options(const Settings& settings) {
-  RasterOptions options;
-  options.resolution = settings.grid_resolution;
-  options.robot_height = settings.robot.height;
-  options.max_step = settings.robot.max_step;
-  options.max_slope = settings.robot.max_slope;
-  return options;
-}
-
-// How much of the floor that was seen is free, and how much open because its heights are not known
-// to the robot's largest step.
-void count_steps(const Rasterizer& rasterizer, io::Metrics& metrics) {
-  double free = 0, open = 0;
-  rasterizer.grid().for_each([&](const CellIndex& index, const NavigabilityCell& cell) {
-    if (cell.navigability > 0) ++free;
-    if (std::isnan(cell.navigability) && std::isfinite(cell.height))
-      open += rasterizer.doubt(index) == Doubt::kStep;
-  });
-  metrics.counts["cells_free"] = free;
-  metrics.counts["cells_step_open"] = open;
-}
-
-}  // namespace
 
 MapOutput::MapOutput(std::filesystem::path folder, const Settings& settings)
     : folder_(std::move(folder)),
@@ -199,58 +162,6 @@ void MapOutput::set_refinement(const RefineResult& result, const Trajectory& bef
 
 void MapOutput::note(const std::string& file, const std::string& what) {
   summary_ += fmt::format("{:<38} {}\n", (folder_ / file).string(), what);
-}
-
-void MapOutput::write_grids(PlanarMap map, const Trajectory& trajectory) {
-  const auto timer = metrics.time("raster");
-  if (const std::size_t out = leave_out_leaning(map.planes); out > 0)
-    metrics.counts["leaning_walls"] = static_cast<double>(out);
-  constexpr double kScanBand = 0.1;  // m about the scanner's height that its rays speak for
-  constexpr double kNobodyKnows = std::numeric_limits<double>::quiet_NaN();
-  const GroundHits ground(map.planes);
-  ScanOccupancy seen = occupancy_of_scans([this](const auto& take) { for_each_scan(take); },
-                                          trajectory, ground, settings_);
-  std::optional<OccupancyGrid>& occupancy = seen.grid;
-  GroundBelow below;
-  if (!ground.empty()) {
-    below = [&](const Eigen::Vector3d& p) { return ground.under(p).value_or(kNobodyKnows); };
-  }
-  if (occupancy) {
-    map.loose_points = without_passed(map.loose_points, *occupancy, seen.low - kScanBand,
-                                      seen.high + kScanBand, {}, below);
-  }
-  ground_.put_into(map, trajectory, settings_.grid_resolution, settings_.robot.max_step);
-  Rasterizer rasterizer(raster_options(settings_));
-  rasterizer.update(map);
-  count_steps(rasterizer, metrics);
-  // Scans alone may make a scrap of a level plane out of clutter: that is no floor.
-  const bool floor_seen =
-      rasterizer.floor_seen() && (!map.surfels.empty() || rasterizer.floor_under_path());
-  const std::vector<SolidCell> solid = rasterizer.solid_cells();
-  const std::vector<CellIndex> behind = hidden_behind(
-                                   solid, sights_.seen(), trajectory, settings_.grid_resolution,
-                                   [this](const auto&take) { for_each_scan(take); }),
-                               between =
-                                   between_legs(solid, sights_.seen(), trajectory,
-                                                settings_.grid_resolution, settings_.robot.height);
-  DrivenOptions robot;
-  robot.radius = settings_.robot.radius;
-  const std::vector<DrivenCell> driven = driven_over(rasterizer, trajectory, robot);
-  NavigabilityGrid grid = std::move(rasterizer).take_grid();
-  hide(grid, behind);
-  hide(grid, between);
-  free_cells(grid, driven, raster_options(settings_).min_probability);
-  // A map from scans alone: nothing looked at the floor, what is clear at the scanner's height is
-  // the best there is, and its confidence says so.
-  if (!floor_seen && occupancy) fill_from_occupancy(grid, *occupancy);
-  if (floor_seen && seen.of_images)
-    agree_with_ground(*occupancy, seen.scanners ? &*seen.scanners : nullptr, grid);
-  io::write_grid(folder_ / "grid", grid);
-  io::write_navigability_map(folder_, grid);
-  io::write_terrain_ply(folder_ / "terrain.ply", grid);
-  const GridGeometry bounds = occupancy ? occupancy->bounds() : GridGeometry{};
-  io::write_occupancy_map(
-      folder_, bounds, [&](int row, float* values) { occupancy->image_row(bounds, row, values); });
 }
 
 // Joined maps: the path of each recording by its own clock, too.

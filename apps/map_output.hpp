@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -20,15 +21,21 @@
 #include <lamina/apps/wheel_path.hpp>
 #include <lamina/apps/window_log.hpp>
 #include <lamina/backend/mapper.hpp>
+#include <lamina/grid/navigability_grid.hpp>
+#include <lamina/grid/occupancy_grid.hpp>
 #include <lamina/io/metrics.hpp>
 #include <lamina/io/session.hpp>
 #include <lamina/sensors/reclocked_recording.hpp>
 
 namespace lamina {
 struct RefineResult;
-}
+class Rasterizer;
+}  // namespace lamina
 
 namespace lamina::apps {
+
+class GroundHits;
+struct ScanOccupancy;
 
 class MapOutput {
  public:
@@ -51,6 +58,9 @@ class MapOutput {
   void set_recording(const std::string& name) { recording_ = name; }
   /// What corrected the stamps of the map's path: files of poses have the recording's.
   void set_clocks(const ClockOffsets& clocks) { clocks_ = clocks; }
+  /// Images show no floor where their mounting says: they make no free ground, here and wherever
+  /// the session goes on.
+  void draw_no_ground();
   /// While a signal ends the run, write() leaves out what there is no time for.
   void end_with(const InterruptGuard& interrupt);
   /// Steps that no mapper took any more: trajectory.txt goes on with their own motion.
@@ -72,7 +82,14 @@ class MapOutput {
   void note(const std::string& file, const std::string& what);
   void write_path(const Mapper& mapper, const PlanarMap& map, const Trajectory& trajectory);
   void draw(const Mapper& mapper, PlanarMap& map, const Trajectory& trajectory);
-  void write_grids(PlanarMap map, const Trajectory& trajectory);
+  void draw_grids(PlanarMap map, const Trajectory& trajectory);
+  void write_grids(const NavigabilityGrid& grid, const std::optional<OccupancyGrid>& occupancy);
+  bool draws_ground() const;
+  void end_if_time_is_up() const;
+  ScanOccupancy occupancy_of(const Trajectory& trajectory, const GroundHits& ground) const;
+  void settle_points(PlanarMap& map, const Trajectory& trajectory, const GroundHits& ground,
+                     const ScanOccupancy& seen) const;
+  NavigabilityGrid ground_of(Rasterizer&& rasterizer, const Trajectory& trajectory) const;
   void remove_what_was_not_drawn() const;
   void note_all(const PlanarMap& map, const Trajectory& trajectory, bool whole);
   void write_parts(const Trajectory& trajectory);
@@ -87,6 +104,7 @@ class MapOutput {
   std::vector<std::pair<Timestamp, SE3>> unmapped_;  // and the motion that led there
   std::map<Timestamp, Timestamp> restamped_;
   std::vector<io::SessionPart> parts_;  // of a session that goes on
+  std::set<std::string> drawn_;         // files that stand though what comes after them does not
   io::Spool scans_;                     // io::KeptScan, for scans.csv and the occupancy grid
   RimVotes rims_;
   GroundVotes ground_;

@@ -14,9 +14,6 @@
 namespace lamina::apps {
 namespace {
 
-// s before the end, for what is written after a stage was ended: path, planes, metrics, report.
-constexpr double kForTheRest = 0.3;
-
 // Where the ground falls away: holes, ledges, stairs going down.
 void write_edges(const std::filesystem::path& file, const std::vector<EdgePoint>& edges) {
   io::write_atomically(file, [&](std::ostream& out) {
@@ -34,9 +31,7 @@ void write_edges(const std::filesystem::path& file, const std::vector<EdgePoint>
 void MapOutput::end_with(const InterruptGuard& interrupt) {
   interrupt_ = &interrupt;
   for (io::Spool* spool : {&scans_, &rims_.seen(), &ground_.seen(), &sights_.seen()}) {
-    spool->before_each([this] {
-      if (interrupt_->out_of_time(kForTheRest)) throw EndedEarly();
-    });
+    spool->before_each([this] { end_if_time_is_up(); });
   }
 }
 
@@ -76,20 +71,22 @@ void MapOutput::draw(const Mapper& mapper, PlanarMap& map, const Trajectory& tra
   {
     const auto timer = metrics.time("write");
     write_scans(trajectory);
+    drawn_.insert("scans.csv");
     if (!map.edges.empty() || metrics.stages.count("obstacles") > 0)
       write_edges(folder_ / "edges.csv", map.edges);
+    drawn_.insert("edges.csv");
   }
-  write_grids(map, trajectory);
+  draw_grids(map, trajectory);
 }
 
 // What of an earlier run would lie beside a path that is another.
 void MapOutput::remove_what_was_not_drawn() const {
   std::error_code ignored;
-  for (const char* file : {"scans.csv", "edges.csv", "map.yaml", "map.png", "occupancy.yaml",
-                           "occupancy.pgm", "terrain.ply", "report.html", "session.lamina"}) {
-    std::filesystem::remove(folder_ / file, ignored);
+  for (const char* file :
+       {"scans.csv", "edges.csv", "map.yaml", "map.png", "occupancy.yaml", "occupancy.pgm",
+        "terrain.ply", "grid", "report.html", "session.lamina"}) {
+    if (drawn_.count(file) == 0) std::filesystem::remove_all(folder_ / file, ignored);
   }
-  std::filesystem::remove_all(folder_ / "grid", ignored);
 }
 
 bool MapOutput::write(const Mapper& mapper, bool online) {

@@ -337,6 +337,11 @@ int run_map(const MapRequest& request) {
     throw Error(request.input + ": found no scan and no depth frame that could be used (" +
                 output.skipped_text() + "), expected at least one");
   }
+  if (cameras.no_ground && front_end.floors_as_stated().hardly_any()) {
+    const Warning& unseen = *cameras.no_ground;
+    if (!unseen.id.empty()) output.metrics.warn(unseen.id, unseen.text);
+    output.draw_no_ground();
+  }
   output.set_clocks(clocks);
   output.set_restamped(recording->restamped());
   output.metrics.counts["checkpoints"] = static_cast<double>(checkpoint.saves());

@@ -39,27 +39,32 @@ std::string cause_text(const MountingHypothesis& h, const CameraModel& stated) {
                      h.ratio * height, height, h.tilt / kDegree);
 }
 
+std::string seen_text(const MountingVerdict& verdict, const CameraModel& stated) {
+  return fmt::format("{} of {} images show the floor where T_body_camera says ({:.2f} m below)",
+                     verdict.stated.floors, verdict.images, stated.T_body_camera.translation().z());
+}
+
 }  // namespace
 
 Warning mounting_warning(const MountingVerdict& verdict, const CameraModel& stated,
                          bool corrected) {
-  const std::string seen =
-      fmt::format("{} of {} images show the floor where T_body_camera says ({:.2f} m below)",
-                  verdict.stated.floors, verdict.images, stated.T_body_camera.translation().z());
   if (verdict.best.by_motion) {
     return {verdict.best.id,
             fmt::format("walls move as wheels say only if {}{}", cause_text(verdict.best, stated),
                         corrected ? ": corrected" : ": the map is of little use")};
   }
   if (verdict.wrong) {
-    std::string text =
-        fmt::format("{}, {} do if {}", seen, verdict.best.floors, cause_text(verdict.best, stated));
+    std::string text = fmt::format("{}, {} do if {}", seen_text(verdict, stated),
+                                   verdict.best.floors, cause_text(verdict.best, stated));
     if (verdict.rival) text += fmt::format(" (or {})", cause_text(*verdict.rival, stated));
     return {verdict.best.id, text + (corrected ? ": corrected" : ": the map is of little use")};
   }
-  if (!verdict.never_seen) return {};
-  return {"camera_floor_unseen",
-          seen + ": no ground is free by this camera; is its mounting right?"};
+  return {};
+}
+
+Warning floor_unseen_warning(const MountingVerdict& verdict, const CameraModel& stated) {
+  return {"camera_floor_unseen", seen_text(verdict, stated) +
+                                     ": no ground is free by this camera; is its mounting right?"};
 }
 
 }  // namespace lamina::apps

@@ -21,6 +21,7 @@ std::vector<std::string> RasterOptions::problems() const {
   require(disc_growth >= 1 && disc_growth <= 3, "disc_growth must lie between 1 and 3");
   require(edge_margin >= 0, "edge_margin must not be negative");
   require(level_gap > 0, "level_gap must be above 0");
+  require(least_step >= 0 && least_even >= 0, "least_step and least_even must not be negative");
   require(patch_size >= 0, "patch_size must not be negative");
   require(plane_gap >= 0 && wall_gap >= plane_gap && plane_ring >= wall_gap && wall_near >= 0,
           "plane_gap and wall_near must not be negative, wall_gap not less than plane_gap, "

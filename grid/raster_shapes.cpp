@@ -83,6 +83,32 @@ bool fills(const Support& s, bool has_surfels, int i, int j, const Canvas& canva
          canvas.discs.wall_near(i, j, canvas.options.wall_near, s.height);
 }
 
+// How far the disc beside a fill of a plane that has discs lies from it, within a level: that is
+// what the fill belongs to, wherever no disc beside it is the plane's. m.
+float off_plane(const Support& s, int i, int j, const Canvas& canvas) {
+  const auto r = static_cast<float>(canvas.options.resolution);
+  const int n = static_cast<int>(canvas.options.plane_gap / canvas.options.resolution + 1e-9);
+  const auto most = static_cast<float>(canvas.options.level_gap / 2);
+  int nearest = 2 * n * n + 1;
+  float off = 0;
+  for (int v = -n; v <= n; ++v) {
+    for (int u = -n; u <= n; ++u) {
+      const float height = canvas.discs.disc(i + u, j + v);
+      if (!(height == height)) continue;
+      const float there =
+          s.height + r * (static_cast<float>(u) * s.slope_x + static_cast<float>(v) * s.slope_y);
+      const float apart = height - there;
+      if (!(std::abs(apart) <= most)) continue;  // NaN: no disc
+      if (apart * apart <= kSignificant * kSignificant * s.variance) return 0;
+      const int distance = u * u + v * v;
+      if (distance > nearest || (distance == nearest && std::abs(apart) > std::abs(off))) continue;
+      nearest = distance;
+      off = apart;
+    }
+  }
+  return off;
+}
+
 // Where the line y = `at` meets the edges of a closed outline, ascending.
 void crossings(const std::vector<OutlineBands::Edge>& edges, double at, std::vector<double>& out) {
   out.clear();
@@ -123,6 +149,7 @@ void fill_outline(const std::vector<OutlineBands::Edge>& edges, const Incline& i
           continue;
         }
         s.variance = static_cast<float>(offset.predictive(incline.variance(d)));
+        if (s.from_plane() && has_surfels) s.height += off_plane(s, i, j, canvas);
         canvas.supports.push_back(s);
       }
     }
@@ -157,14 +184,19 @@ DiscDistance::DiscDistance(double resolution, double reach)
       side_(kSide + 2 * margin_) {
   distance_.assign(static_cast<std::size_t>(side_ * side_), kFar);
   height_.assign(distance_.size(), 0.0F);
+  variance_.assign(distance_.size(), 0.0F);
+  trend_.resize(distance_.size());
   wall_low_.assign(distance_.size(), 0.0F);
   wall_high_.assign(distance_.size(), -1.0F);
 }
 
-void DiscDistance::mark(int i, int j, float height) {
+void DiscDistance::mark(int i, int j, const Support& s) {
   if (i < -margin_ || j < -margin_ || i >= kSide + margin_ || j >= kSide + margin_) return;
   const std::size_t k = index(i, j);
-  height_[k] = distance_[k] == 0.0F ? std::max(height_[k], height) : height;
+  if (distance_[k] == 0.0F && s.height <= height_[k]) return;
+  height_[k] = s.height;
+  variance_[k] = s.variance;
+  trend_[k] = s.trend;
   distance_[k] = 0;
 }
 
@@ -293,23 +325,27 @@ void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas) {
                   high = cell_of(middle.array() + reach, r);
   const bool outside =
       high.i < first.i || high.j < first.j || low.i >= first.i + kSide || low.j >= first.j + kSide;
-  if (outside) {  // it only tells how far the nearest one is
-    each_cell(surfel, reach, canvas, [&](int i, int j, const Eigen::Vector2d&, double rise) {
-      canvas.discs.mark(i, j, static_cast<float>(surfel.center.z() + rise));
-    });
-    return;
-  }
   const Incline incline(surfel.center, surfel.normal, surfel.covariance);
   Support s = incline.common;
   s.source = 2 * index;
   if (surfel.parent_plane >= 0) s.trend = canvas.trends.of(surfel.parent_plane, s.trend);
+  const auto at = [&](const Eigen::Vector2d& d, double rise) {
+    s.height = static_cast<float>(surfel.center.z() + rise);
+    s.variance = static_cast<float>(incline.variance(d));
+  };
+  if (outside) {  // it only tells how far the nearest one is
+    each_cell(surfel, reach, canvas, [&](int i, int j, const Eigen::Vector2d& d, double rise) {
+      at(d, rise);
+      canvas.discs.mark(i, j, s);
+    });
+    return;
+  }
   const double per_radius = surfel.radius > 0 ? 1 / surfel.radius : 0.0;
   each_cell(surfel, reach, canvas, [&](int i, int j, const Eigen::Vector2d& d, double rise) {
-    s.height = static_cast<float>(surfel.center.z() + rise);
-    canvas.discs.mark(i, j, s.height);
+    at(d, rise);
+    canvas.discs.mark(i, j, s);
     if (!inside(i, j)) return;
     s.cell = cell_in(i, j);
-    s.variance = static_cast<float>(incline.variance(d));
     s.reach = static_cast<float>(std::sqrt(d.squaredNorm() + rise * rise) * per_radius);
     canvas.supports.push_back(s);
   });

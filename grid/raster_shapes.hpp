@@ -12,7 +12,8 @@
 
 namespace lamina::raster {
 
-constexpr double kAstride = 0.1;  // m: edges are known to this, tops and feet of walls to half
+constexpr float kSignificant = 3;  // sigma
+constexpr double kAstride = 0.1;   // m: edges are known to this, tops and feet of walls to half
 
 inline bool inside(int i, int j) { return i >= 0 && j >= 0 && i < kSide && j < kSide; }
 
@@ -20,7 +21,11 @@ inline bool inside(int i, int j) { return i >= 0 && j >= 0 && i < kSide && j < k
 class DiscDistance {
  public:
   DiscDistance(double resolution, double reach);
-  void mark(int i, int j, float height);  ///< cell relative to the tile; outside is ignored
+  /// `s` at a cell relative to the tile; outside is ignored.
+  void mark(int i, int j, const Support& s);
+  /// Cells whose disc lies astride a step of the floor, no wider than a patch and no higher than
+  /// what is one floor, are of one side.
+  void sharpen(const RasterOptions& options);
   void wall(int i, int j, float low, float high);  ///< something upright stands there, map z
   /// Chamfer distances, once all is marked. `low` to `high` above a disc (m): walls there bar the
   /// way to the cells behind them.
@@ -37,6 +42,8 @@ class DiscDistance {
     if (!there || distance_[index(i, j)] != 0.0F) return std::numeric_limits<float>::quiet_NaN();
     return height_[index(i, j)];
   }
+  /// Likewise, before steps were sharpened.
+  float measured(int i, int j) const { return measured_[index(i, j)]; }
   /// Does a wall stand, in the robot's height above `floor`, within so much of the cell?
   bool wall_near(int i, int j, double reach, float floor) const;
   /// Does a disc lie within so much of the cell (in either direction), no further than `gap` from
@@ -54,6 +61,9 @@ class DiscDistance {
   void leave_out_astride(float low, float high);
   bool stands(std::size_t wall, float floor, float low, float high) const;
   std::vector<float> distance_, height_;  // cells
+  std::vector<float> measured_;           // heights as marked, once steps are sharpened
+  std::vector<float> variance_;
+  std::vector<Trend> trend_;
   std::vector<float> walked_, walked_height_;
   std::vector<float> wall_low_, wall_high_;  // m, map z; none: high below low
   bool walls_ = false;
@@ -141,6 +151,10 @@ void draw_walls(const MapPlane& plane, Canvas& canvas);
 /// `has_surfels`: anywhere, so that those tell its holes.
 void draw_floor(const MapPlane& plane, std::int32_t index, bool has_surfels,
                 const OutlineBands& bands, Canvas& canvas);
+/// Levels of discs where steps were sharpened.
+void sharpen_levels(const Canvas& canvas);
+/// Loose points no further than the robot's step from a disc beside them are of its surface.
+void settle_points(Canvas& canvas);
 inline bool is_steep(const MapPlane& plane) {
   return std::abs(plane.plane_map.normal().z()) < kSteepCosine;
 }

@@ -11,7 +11,6 @@
 namespace lamina::raster {
 namespace {
 
-constexpr float kSignificant = 3;     // sigma
 constexpr float kMergeGap = 0.05F;    // m: obstacles this close above each other are one
 constexpr double kSeedSpacing = 0.2;  // m, between places looked at around the path
 
@@ -191,6 +190,8 @@ void draw(const PlanarMap& map, const SurfelCounts& surfels_of, const RasterOpti
     if (surfel.parent_plane >= 0) canvas.offsets.add(surfel);
   }
   canvas.offsets.sort();
+  canvas.discs.sharpen(options);
+  settle_points(canvas);
   bool floors = false;
   for (const std::int32_t k : tile.planes) {
     const MapPlane& plane = map.planes[static_cast<std::size_t>(k)];
@@ -211,6 +212,7 @@ void draw(const PlanarMap& map, const SurfelCounts& surfels_of, const RasterOpti
     draw_edge(map.edges[static_cast<std::size_t>(k)], options, tile);
   }
   make_levels(canvas.supports, options.level_gap, tile);
+  sharpen_levels(canvas);
   merge_obstacles(tile.obstacles);
 }
 

@@ -135,6 +135,11 @@ struct Tile {
     return std::span(levels).subspan(level_of[c],
                                      static_cast<std::size_t>(level_of[c + 1] - level_of[c]));
   }
+  std::span<Level> levels_at(int cell) {
+    const auto c = static_cast<std::size_t>(cell);
+    return std::span(levels).subspan(level_of[c],
+                                     static_cast<std::size_t>(level_of[c + 1] - level_of[c]));
+  }
   bool cut(int cell) const { return (flags[static_cast<std::size_t>(cell)] & kRim) != 0; }
 };
 

@@ -32,7 +32,7 @@ void bar(const Eigen::Vector2d& xy, double z0, double z1, Canvas& canvas) {
 // upper border, it is a step up, and ends at them. `towards`: who sees it, of length 1; map z, m.
 double face_top(const Eigen::Vector2d& foot, const Eigen::Vector2d& towards, double low,
                 double high, const Canvas& canvas) {
-  constexpr double kBeside = 0.15, kCut = 0.11 + kAstride / 2, kRise = 0.007;  // m
+  constexpr double kBeside = 0.15;  // m
   constexpr double kLowFace = 0.6;  // m: what is higher is no step
   if (high - low > kLowFace) return high;
   const double r = canvas.options.resolution;
@@ -61,7 +61,8 @@ double face_top(const Eigen::Vector2d& foot, const Eigen::Vector2d& towards, dou
   std::sort(behind.begin(), behind.end());
   const auto upper = std::lower_bound(behind.begin(), behind.end(), 0.5 * (before + behind.back()));
   const double top = *(upper + (behind.end() - upper) / 2);
-  return top - before >= kRise && high - top <= kCut ? top : high;
+  const bool cut = high - top <= 1.6 * kAstride;  // a square of the outline, and a wall's reach
+  return cut && top - before >= canvas.options.least_step ? top : high;
 }
 
 // The columns, half a cell apart from u0 on, whose feet may lie in a box: first and last.
@@ -119,6 +120,7 @@ void draw_wall(const MapPlane& plane, const std::vector<Eigen::Vector3d>& outlin
       const double v0 = vs[m] - kAstride / 2, span = vs[m + 1] + kAstride / 2 - v0;
       const double top = face_top((foot + (v0 + 0.5 * span) * up).head<2>(), n.head<2>() / flat,
                                   (foot + v0 * up).z(), (foot + (v0 + span) * up).z(), canvas);
+      const bool stepped = top < (foot + (v0 + span) * up).z();
       const int pieces = 1 + static_cast<int>(span * std::abs(n.z()) / (r / 2));
       for (int q = 0; q < pieces; ++q) {
         const Eigen::Vector3d a = foot + (v0 + span * q / pieces) * up;
@@ -126,7 +128,8 @@ void draw_wall(const MapPlane& plane, const std::vector<Eigen::Vector3d>& outlin
         if (q > 0 && a.z() > top) break;
         b.z() = std::max(a.z(), std::min(b.z(), top));
         const Eigen::Vector2d middle = 0.5 * (a + b).head<2>();
-        for (const double share : {-1.0, 0.0, 1.0}) {
+        // A step's face is where its top begins: what lies before it is floor.
+        for (double share = -1; share <= (stepped ? -1 : 1); ++share) {
           put_obstacle(middle + share * aside, a.z(), b.z(), canvas);
           bar(middle + share * aside, a.z(), b.z(), canvas);
         }

@@ -19,6 +19,7 @@ struct Rasterizer::State {
   NavigabilityGrid grid;
   float fallback = std::numeric_limits<float>::quiet_NaN();
   std::size_t drawn = 0;
+  std::function<void()> before_each = [] {};
   bool floor_seen = false, floor_under_path = false;
 
   /// The best floor under a kept pose of the path.
@@ -61,6 +62,7 @@ void Rasterizer::State::draw(const PlanarMap& map) {
   std::vector<TileKey> linked;
   std::vector<std::int32_t> asked;  // seeds
   for (Tile* tile : book.marked) {
+    before_each();
     if (tile->redraw) draw(map, bands, *tile, linked);
     if (!tile->reseed) continue;
     for (const Vote& vote : tile->votes) asked.push_back(vote.pose);
@@ -295,6 +297,7 @@ void Rasterizer::State::around_changed(const std::vector<Tile*>& changed, int ma
     }
   }
   for (Tile* tile : touched) {
+    before_each();
     (this->*what)(*tile);
     tile->dirty = {};
   }
@@ -310,6 +313,7 @@ void Rasterizer::State::judge() {
         std::find(tile->reached.begin(), tile->reached.end(), 1) == tile->reached.end();
     tile->rechoose = tile->rechoose || (tile->rerefer && lost);
     if (!tile->rechoose) continue;
+    before_each();
     if (!tile->has_evidence() && tile->sites.empty()) continue;
     raster::choose_again(book.references, fallback, options, *tile);
     if (tile->changed.any()) changed.push_back(tile);
@@ -345,6 +349,9 @@ void Rasterizer::update(const PlanarMap& map, const RasterChanges& changes) {
   state_->judge();
 }
 
+void Rasterizer::before_each_tile(std::function<void()> call) {
+  state_->before_each = std::move(call);
+}
 const NavigabilityGrid& Rasterizer::grid() const { return state_->grid; }
 NavigabilityGrid Rasterizer::take_grid() && { return std::move(state_->grid); }
 std::size_t Rasterizer::tiles_drawn() const { return state_->drawn; }

@@ -1,6 +1,7 @@
 // From planes, surfels, edges and loose points to the grid that says where a robot may go.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -37,6 +38,10 @@ struct RasterOptions {
   /// m, side of the patches that surfels are made of. A rise of more than max_step within it, which
   /// no plane explains, may be a step that a patch lies astride: such cells are not called free.
   double patch_size = 0.2;
+  /// m: lower steps of the floor are none that discs lie astride.
+  double least_step = 0.007;
+  /// Of such a step: how even the floor is on either side.
+  double least_even = 0.1;
   double plane_gap = 0.075;  ///< m: a plane fills gaps of its surfels this far from them: one of
                              ///< their squares (0.1 m) that has none. What is larger was looked
                              ///< at, and was no floor ...
@@ -100,6 +105,10 @@ class Rasterizer {
   /// As above, but looks only at what is listed, at what was appended to or cut from the end of the
   /// lists, and at new poses at the end of the path: linear in the change.
   void update(const PlanarMap& map, const RasterChanges& changes);
+
+  /// Called before each tile that an update draws or judges. It may throw, to end the update: what
+  /// is left is half drawn then, and of no more use.
+  void before_each_tile(std::function<void()> call);
 
   const NavigabilityGrid& grid() const;
   NavigabilityGrid take_grid() &&;

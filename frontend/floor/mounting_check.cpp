@@ -97,6 +97,22 @@ double MountingCheck::floor_misfit(const Plane& seen, const CameraCorrection& c,
   return std::min(misfit, options_.truncate);
 }
 
+bool MountingCheck::shows_floor(const std::vector<MountingView::Seen>& planes) const {
+  return std::any_of(planes.begin(), planes.end(), [this](const MountingView::Seen& seen) {
+    return seen.share >= options_.least_plane_share &&
+           floor_misfit(seen.plane_camera, {}, options_.sigma_tilt) < options_.fits;
+  });
+}
+
+void FloorsAsStated::add(const DepthFrame& frame, const FloorResult& floor) {
+  const double pixels = static_cast<double>(frame.width()) * frame.height();
+  std::vector<MountingView::Seen> planes;
+  for (const ExtractedPlane& p : floor.planes)
+    planes.push_back({p.plane_camera, static_cast<double>(p.pixels) / pixels});
+  ++images;
+  floors += MountingCheck(frame.camera.camera.T_body_camera, false).shows_floor(planes);
+}
+
 // Where wheels tell how the camera moved, what stands is met again where that says.
 double MountingCheck::motion_cost(const CameraCorrection& c) const {
   constexpr double kLeastWay = 0.1, kLeastTurn = 0.08, kMostWay = 1.5, kMostTurn = 0.6;  // m, rad
@@ -340,8 +356,10 @@ MountingVerdict MountingCheck::verdict() const {
     return floors >= options_.least_images &&
            static_cast<double>(floors) >= options_.least_share * images;
   };
-  verdict.never_seen = views_.size() >= options_.least_images && height_stated_ &&
-                       static_cast<double>(verdict.stated.floors) < 0.05 * images;
+  const FloorsAsStated floors{static_cast<std::int64_t>(views_.size()),
+                              static_cast<std::int64_t>(verdict.stated.floors)};
+  verdict.never_seen =
+      views_.size() >= options_.least_images && height_stated_ && floors.hardly_any();
   if (!all.empty()) {
     const MountingHypothesis& best = all.front();
     verdict.wrong = enough(best.floors) && best.floors > 2 * verdict.stated.floors &&
@@ -360,7 +378,6 @@ MountingVerdict MountingCheck::verdict() const {
       verdict.rival.reset();
     }
   }
-  verdict.never_seen = verdict.never_seen && !verdict.wrong;
   add_scatter(verdict);
   return verdict;
 }

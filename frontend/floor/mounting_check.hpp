@@ -2,12 +2,15 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include <lamina/frontend/floor/floor_result.hpp>
 #include <lamina/models/plane.hpp>
 #include <lamina/sensors/camera_correction.hpp>
+#include <lamina/sensors/measurement.hpp>
 
 namespace lamina {
 
@@ -54,6 +57,20 @@ struct MountingHypothesis {
   std::size_t floors = 0;  ///< images whose floor lies as it says
 };
 
+/// Images of a whole recording in which a floor lies where the mounting says.
+struct FloorsAsStated {
+  std::int64_t images = 0, floors = 0;
+  void add(const DepthFrame& frame, const FloorResult& floor);
+  /// Fewer than one image in twenty.
+  bool hardly_any() const { return 20 * floors < images; }
+
+  /// For archives (models/archive.hpp).
+  template <class A>
+  friend void fields(A& a, FloorsAsStated& v) {
+    a(v.images, v.floors);
+  }
+};
+
 /// What a look over some tens of images found.
 struct MountingVerdict {
   std::size_t images = 0;  ///< with planes
@@ -61,7 +78,8 @@ struct MountingVerdict {
   bool wrong = false;  ///< `best` is to be believed, not `stated`
   /// A cause of another cure that explains nearly as much.
   std::optional<MountingHypothesis> rival;
-  /// Hardly any image shows a floor where the mounting says, and no cause explains why.
+  /// Hardly any image shows a floor where the mounting says; where it is not `wrong`, no cause
+  /// explains why.
   bool never_seen = false;
   /// Scatter of the floors seen, 1-sigma: of their height (share of it), of their tilt (rad, about
   /// the axis of more). 0: no height was stated, or few floors were seen.
@@ -78,6 +96,8 @@ class MountingCheck {
   MountingCheck(const SE3& T_body_camera, bool stereo, const MountingCheckOptions& options = {});
   void add(MountingView view);
   std::size_t images() const { return views_.size(); }
+  /// One of the planes lies where the calibration as it is has the floor.
+  bool shows_floor(const std::vector<MountingView::Seen>& planes) const;
   MountingVerdict verdict() const;
   /// The calibration as it is, alone.
   MountingHypothesis as_stated() const;

@@ -329,5 +329,27 @@ TEST(Contract, AFolderOfCloudsIsMapped) {
   EXPECT_EQ(Trajectory::read_tum(map / "trajectory.txt").size(), 12u);
 }
 
+// Looking up it sees none, whatever its mounting says; nobody knows where the floor is. Nothing is
+// free then, here and where the session goes on.
+TEST(Contract, ACameraThatNeverShowsFloorMakesNoFreeGround) {
+  const Path data = scratch() / "looks_up", map = scratch() / "map_looks_up";
+  const Path again = scratch() / "again_looks_up";
+  ASSERT_EQ(
+      outcome({"simulate", "room", "--output", data, "--duration", "6", "--quiet", "--set",
+               "camera.pitch_deg=-20", "--set", "lidar.enabled=false", "--set", "camera.rate_hz=3"})
+          .code,
+      0);
+  const Outcome mapped = outcome({"map", data, "--output", map, "--quiet"});
+  ASSERT_EQ(mapped.code, 0) << mapped.log;
+  EXPECT_THAT(mapped.log, HasSubstr("no ground is free by this camera"));
+  ASSERT_EQ(outcome({"refine", map, "--output", again, "--quiet"}).code, 0);
+  for (const Path& folder : {map, again}) {
+    const std::string pixels = text_of(folder / "occupancy.pgm");
+    EXPECT_EQ(std::count(pixels.begin(), pixels.end(), '\xfe'), 0) << folder;
+    const Outcome plan = outcome({"plan", folder, "--from", "0,0", "--to", "0.5,0"});
+    EXPECT_NE(plan.code, 0) << plan.out;
+  }
+}
+
 }  // namespace
 }  // namespace lamina

@@ -52,6 +52,21 @@ TEST(RasterFaces, ABoardKeepsItsHeight) {
   }
 }
 
+// What lies before a step's face is floor up to it: the row of cells beside the face's is not
+// blocked.
+TEST(RasterFaces, AStepTakesNoneOfTheFloorBeforeIt) {
+  for (const double at : {-0.01, 0.0, 0.01}) {  // where the face is measured
+    PlanarMap map;
+    test::add_path(map, {-0.8, 0, 0}, {0.5, 0, 0});
+    test::add_floor(map, {-1, -1}, {2, 1}, [&](double x, double) { return x < 1 ? 0.0 : 0.1; });
+    test::add_wall(map, {1 + at, 1}, {1 + at, -1}, -0.09, 0.19);
+    const NavigabilityGrid grid = rasterize(map);
+    EXPECT_EQ(test::at(grid, 0.975, 0.025).navigability, 0.0F) << at;
+    EXPECT_FALSE(test::at(grid, 0.925, 0.025).navigability == 0.0F) << at;
+    EXPECT_NEAR(highest_at_face(grid), 0.1, 1e-5) << at;
+  }
+}
+
 TEST(RasterFaces, AWallOnAPlatformStays) {
   const NavigabilityGrid grid = rasterize(step_up(0.05, 0.4));
   EXPECT_GE(highest_at_face(grid), 0.4F);

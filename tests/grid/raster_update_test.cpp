@@ -308,5 +308,28 @@ TEST(RasterUpdate, FollowsWhenALoopCloses) {
   EXPECT_TRUE(known_bounds(rasterizer.grid()).empty());
 }
 
+TEST(RasterUpdate, AnUpdateEndsBetweenTwoTiles) {
+  PlanarMap map;
+  test::add_path(map, {-2, 0, 0}, {2, 0, 0});
+  test::add_floor(map, {-4, -4}, {4, 4}, [](double, double) { return 0.0; });
+  struct Ended {};
+  int calls = 0, allowed = 1 << 20;
+  const auto update = [&] {
+    Rasterizer rasterizer{RasterOptions{}};
+    rasterizer.before_each_tile([&] {
+      if (++calls > allowed) throw Ended();
+    });
+    rasterizer.update(map);
+    return rasterizer.tiles_drawn();
+  };
+  const std::size_t tiles = update();
+  const int all = calls;
+  EXPECT_GT(all, static_cast<int>(tiles));
+  for (allowed = 0; allowed < all; ++allowed) {
+    calls = 0;
+    EXPECT_THROW(update(), Ended) << allowed;
+  }
+}
+
 }  // namespace
 }  // namespace lamina

@@ -186,5 +186,22 @@ TEST(MountingCheck, HoldsWithItsNumbersMovedByAHalf) {
   }
 }
 
+TEST(MountingCheck, AFloorLiesWhereTheMountingSays) {
+  const MountingCheck check(mounting(), false);
+  const SE3 T_camera_map = mounting().inverse();
+  const Plane floor = T_camera_map * Plane({0, 0, 1}, 0),
+              table = T_camera_map * Plane({0, 0, 1}, 0.4);
+  EXPECT_TRUE(check.shows_floor({{table, 0.2}, {floor, 0.1}}));
+  EXPECT_FALSE(check.shows_floor({{floor, 0.01}})) << "a scrap";
+  EXPECT_FALSE(check.shows_floor({{table, 0.2}}));
+  EXPECT_FALSE(check.shows_floor({}));
+}
+
+TEST(MountingCheck, OneFloorInTwentyImagesIsNotHardlyAny) {
+  EXPECT_TRUE((FloorsAsStated{100, 4}).hardly_any());
+  EXPECT_FALSE((FloorsAsStated{100, 5}).hardly_any());
+  EXPECT_FALSE((FloorsAsStated{0, 0}).hardly_any());
+}
+
 }  // namespace
 }  // namespace lamina
