@@ -3,15 +3,13 @@
 
 #include <spdlog/spdlog.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include <lamina/apps/calibration.hpp>
-#include <lamina/apps/depth_images.hpp>
 #include <lamina/apps/front_end.hpp>
-#include <lamina/frontend/odometry/depth_odometry.hpp>
+#include <lamina/apps/image_turns.hpp>
 #include <lamina/models/error.hpp>
 
 namespace lamina::apps {
@@ -48,26 +46,6 @@ class Asked {
   const TurnTrack& turns_;
   std::size_t ask_at_ = kFirstAsked;
   bool sure_ = false;
-};
-
-// The odometry of the whole recording.
-struct Wheels {
-  TurnTrack turns;
-  WheelTrack track;
-  Timestamp first, last;
-  std::size_t count = 0;
-  explicit Wheels(const OdometryModel& model) : track(model) {}
-  void add(const Odometry& odometry) {
-    if (turns.empty()) first = odometry.stamp;
-    last = odometry.stamp;
-    ++count;
-    turns.add(odometry.stamp, odometry.T_odom_body);
-    track.add(odometry);
-  }
-  // s, in the mean, from one to the next.
-  double interval() const {
-    return count > 1 ? (last - first) / static_cast<double>(count - 1) : 0;
-  }
 };
 
 // Odometry further apart than a delay says too little of what was between to be moved by that.
@@ -112,73 +90,17 @@ std::optional<ClockOffset::Result> by_scans(const Look& look, Wheels& wheels) {
   return one ? asked.offset.result(wheels.turns) : std::nullopt;
 }
 
-// The turn rate changes within half a second.
-bool tells(const TurnTrack& turns, Timestamp stamp) {
-  constexpr double kAround = 0.5, kStep = 0.125, kRates = 0.15;  // s, s, rad/s
-  double low = 1e300, high = -1e300;
-  for (double at = -kAround; at < kAround - 1e-9; at += kStep) {
-    const auto rate = turns.rate(stamp + at, stamp + (at + kStep));
-    if (!rate) continue;
-    low = std::min(low, *rate);
-    high = std::max(high, *rate);
-  }
-  return high - low > kRates;
-}
-
-// Images from a stamp on that may be passed over.
-std::int64_t untelling(const Wheels& wheels, Timestamp stamp, double interval) {
-  constexpr double kStep = 0.125;  // s
-  double way = 0;
-  while (stamp + way < wheels.last && !tells(wheels.turns, stamp + way)) way += kStep;
-  return std::max<std::int64_t>(0, static_cast<std::int64_t>(way / interval) - 2);
-}
-
-// The wheels are where matching begins; what they say of the motion counts for next to nothing.
-std::optional<MotionGuess> loose(const std::optional<Increment>& moved) {
-  constexpr double kMetres = 0.05, kRadians = 0.05;
-  if (!moved) return std::nullopt;
-  MotionGuess guess{moved->T_from_to, moved->covariance};
-  guess.covariance.diagonal().head<3>().array() += kMetres * kMetres;
-  guess.covariance.diagonal().tail<3>().array() += kRadians * kRadians;
-  return guess;
-}
-
 std::optional<ClockOffset::Result> by_images(const Look& look, const Wheels& wheels) {
-  constexpr double kLongest = 0.5, kShortest = 0.06;  // s between images that are matched
-  constexpr double kTold = 0.02;                      // rad, sigma
-  const auto recording = look.open();
-  DepthOdometry odometry;
+  constexpr double kAround = 0.5;  // s
+  constexpr double kTold = 0.02;   // rad, sigma
   Asked asked(wheels.turns);
-  std::optional<Timestamp> last, before;  // matched, seen
-  double interval = 0;
-  std::int64_t skip = 0, matched = 0;
-  while (!look.ended() && matched < kMostImages && !asked.sure()) {
-    auto frame = next_depth_image(*recording, skip);
-    if (!frame) break;
-    const Timestamp stamp = frame->stamp;
-    if (before && skip == 0) interval = stamp - *before;
-    before = stamp;
-    skip = 0;
-    if (!tells(wheels.turns, stamp)) {
-      if (interval > 0) skip = untelling(wheels, stamp, interval);
-      continue;
-    }
-    if (last && stamp - *last < kShortest) continue;
-    const bool follows = last && stamp - *last <= kLongest;
-    if (!follows) odometry = DepthOdometry();
-    look.distortion.correct(*frame);
-    const DepthMotion motion = odometry.process(
-        *frame, follows ? loose(wheels.track.between(*last, stamp)) : std::nullopt);
-    ++matched;
-    Matrix6d information = motion.image_information;
-    information.diagonal().array() += 1;  // a metre, a radian: what is open stays finite
-    const double sigma = std::sqrt(information.inverse()(5, 5));
-    const bool measured = motion.status == ScanMotion::Status::kTracked ||
-                          motion.status == ScanMotion::Status::kDegenerate;
-    if (follows && measured && !motion.doubtful && sigma < kTold)
-      asked.offset.add(*last, stamp, motion.T_prev_curr_body.so3().yaw(), std::max(sigma, 0.001));
-    last = stamp;
-  }
+  std::int64_t matched = 0;
+  const auto take = [&](const ImageTurn& turn) {
+    if (turn.told && turn.sigma < kTold)
+      asked.offset.add(turn.from, turn.to, turn.yaw, std::max(turn.sigma, 0.001));
+    return ++matched < kMostImages && !asked.sure();
+  };
+  turns_by_images(*look.open(), wheels, look.distortion, kAround, look.ended, take);
   return asked.offset.result(wheels.turns);
 }
 

@@ -12,6 +12,7 @@
 
 #include <lamina/apps/calibration.hpp>
 #include <lamina/apps/camera_checks.hpp>
+#include <lamina/apps/camera_clock.hpp>
 #include <lamina/apps/checkpoint.hpp>
 #include <lamina/apps/dead_reckoning.hpp>
 #include <lamina/apps/doubts.hpp>
@@ -276,13 +277,16 @@ int run_map(const MapRequest& request) {
   };
   std::unique_ptr<Recording> recording = open();
   Calibration sensors = recording->calibration();
-  const Settings settings = settings_of(request, &sensors);
+  Settings settings = settings_of(request, &sensors);
   max_tilt = settings.scan_odometry.max_tilt;
   spdlog::info("preset {}", settings.preset);
+  ClockOffsets clocks{-settings.scanner_delay, -settings.camera_delay, -settings.odometry_delay};
   if (!live && (sensors.depth_camera || sensors.stereo_camera)) {
     cameras =
         check_cameras(*recording, settings.floor, [&interrupt] { return interrupt.interrupted(); });
     recording.reset();
+    look_at_camera_clock(open, sensors, clocks, settings, cameras.warnings,
+                         [&interrupt] { return interrupt.interrupted(); });
     recording = open();
     sensors = recording->calibration();
   }
@@ -290,6 +294,7 @@ int run_map(const MapRequest& request) {
   MapOutput output(request.output, settings);
   output.set_recording(request.input);
   for (const Warning& found : cameras.warnings) output.metrics.warn(found.id, found.text);
+  note_clocks(clocks, settings, output.metrics);
   FrontEnd front_end(settings, sensors);
   output.end_with(interrupt);
   if (request.online && settings.follow_slopes) front_end.follow_slopes();
@@ -308,13 +313,9 @@ int run_map(const MapRequest& request) {
     fmt::print(stderr, "live map: {}\n", page->url());
   }
   note_assumed(*recording, output.metrics);
-  ClockOffsets clocks{-settings.scanner_delay, -settings.camera_delay, -settings.odometry_delay};
   const OpenReclocked open_reclocked = [&](const ClockOffsets& offsets) {
     ++output.metrics.readings;
-    auto source = open();
-    if (!offsets.any()) return source;
-    return std::unique_ptr<Recording>(
-        std::make_unique<ReclockedRecording>(std::move(source), offsets));
+    return reclocked(open(), offsets);
   };
   output.metrics.readings = 1;
   if (!live) run.open_again = [&] { return open_reclocked(clocks); };

@@ -110,4 +110,10 @@ std::optional<DepthFrame> ReclockedRecording::next_depth(std::int64_t skip) {
   return frame;
 }
 
+std::unique_ptr<Recording> reclocked(std::unique_ptr<Recording> source,
+                                     const ClockOffsets& offsets) {
+  if (!offsets.any()) return source;
+  return std::make_unique<ReclockedRecording>(std::move(source), offsets);
+}
+
 }  // namespace lamina

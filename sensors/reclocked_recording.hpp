@@ -60,4 +60,8 @@ class ReclockedRecording final : public Recording {
   bool ended_ = false;
 };
 
+/// `source` itself where no clock is off.
+std::unique_ptr<Recording> reclocked(std::unique_ptr<Recording> source,
+                                     const ClockOffsets& offsets);
+
 }  // namespace lamina

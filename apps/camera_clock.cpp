@@ -1,0 +1,94 @@
+// Turns by images against those of the wheels, in words.
+#include <lamina/apps/camera_clock.hpp>
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include <lamina/apps/image_turns.hpp>
+#include <lamina/frontend/odometry/turn_claims.hpp>
+#include <lamina/models/error.hpp>
+
+namespace lamina::apps {
+namespace {
+
+constexpr std::size_t kAsked = 60, kMost = 240;  // pieces told: without a contradiction, at most
+
+// All of the odometry, of a source that decodes no image for it.
+Wheels wheels_of(Recording& recording, const std::function<bool()>& ended) {
+  Wheels wheels(recording.calibration().odometry);
+  try {
+    while (!ended()) {
+      const auto measurement = recording.next_light();
+      if (!measurement) break;
+      if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
+    }
+  } catch (const Error&) {  // the run itself comes to it, and says so
+  }
+  return wheels;
+}
+
+Warning smeared(const TurnClaims::Found& found, std::size_t pieces) {
+  return {"depth_smeared",
+          fmt::format("depth images turn later than the wheels and by and by, as if each were a "
+                      "mean over {:.2g} s ({} of {} turns between images fit only so): a temporal "
+                      "filter, or one of the driver's, smears what is seen while the robot moves. "
+                      "Their motion is not used; walls and obstacles may stand off by as much as "
+                      "the robot moves in that time: record without the filter",
+                      found.best.kind == TurnClaim::Kind::kAveraged ? found.best.value
+                                                                    : 2 * found.best.value,
+                      found.mended, pieces)};
+}
+
+Warning off(const TurnClaims::Found& found, std::size_t pieces, bool correct) {
+  const double d = found.best.value;
+  return {"camera_clock",
+          fmt::format("images' stamps are {:.2f} s {} against the odometry's ({} of {} turns "
+                      "between images fit only so); {}",
+                      std::abs(d), d < 0 ? "late" : "early", found.mended, pieces,
+                      correct ? "corrected" : "clocks.find is off: left as they are")};
+}
+
+// At most some hundred images.
+std::optional<TurnClaims::Found> look(const std::function<std::unique_ptr<Recording>()>& open,
+                                      const std::function<bool()>& ended, TurnClaims& claims) {
+  const Wheels wheels = wheels_of(*open(), ended);
+  if (!wheels.track.moved()) return std::nullopt;
+  std::size_t ask_at = kAsked;
+  turns_by_images(*open(), wheels, {}, TurnClaims::kRange, ended, [&](const ImageTurn& turn) {
+    if (turn.told) claims.add(turn.from, turn.to, turn.yaw, turn.sigma);
+    if (claims.pieces() < ask_at) return true;
+    ask_at = kMost;
+    return claims.pieces() < kMost && claims.contradicted(wheels.turns);
+  });
+  return ended() ? std::nullopt : claims.found(wheels.turns);
+}
+
+}  // namespace
+
+void look_at_camera_clock(const std::function<std::unique_ptr<Recording>()>& open,
+                          const Calibration& sensors, ClockOffsets& clocks, Settings& settings,
+                          std::vector<Warning>& warnings, const std::function<bool()>& ended) {
+  if (!sensors.odometry.planar || !(sensors.depth_camera || sensors.stereo_camera)) return;
+  const ClockOffsets stated = clocks;
+  TurnClaims claims;
+  const auto found = look([&] { return reclocked(open(), stated); }, ended, claims);
+  if (!found) return;
+  if (found->best.smeared()) {
+    settings.images_beside_wheels = false;
+    warnings.push_back(smeared(*found, claims.pieces()));
+    return;
+  }
+  warnings.push_back(off(*found, claims.pieces(), settings.find_clocks));
+  if (!settings.find_clocks) return;
+  (sensors.lidar ? clocks.camera : clocks.odometry) += (sensors.lidar ? 1 : -1) * found->best.value;
+}
+
+void note_clocks(const ClockOffsets& clocks, const Settings& settings, io::Metrics& metrics) {
+  const double camera = clocks.camera + settings.camera_delay;
+  const double odometry = clocks.odometry + settings.odometry_delay;
+  if (camera != 0) metrics.counts["camera_clock_ms"] = 1000 * camera;
+  if (odometry != 0) metrics.counts["odometry_clock_ms"] = 1000 * odometry;
+}
+
+}  // namespace lamina::apps

@@ -1,0 +1,42 @@
+// How far the body turned between depth images taken where turns begin and end.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+#include <lamina/apps/wheel_track.hpp>
+#include <lamina/frontend/floor/depth_distortion.hpp>
+#include <lamina/frontend/odometry/turn_track.hpp>
+#include <lamina/sensors/recording.hpp>
+
+namespace lamina::apps {
+
+/// The odometry of a whole recording.
+struct Wheels {
+  TurnTrack turns;
+  WheelTrack track;
+  Timestamp first, last;
+  std::size_t count = 0;
+  explicit Wheels(const OdometryModel& model) : track(model) {}
+  void add(const Odometry& odometry);
+  /// s, in the mean, from one to the next.
+  double interval() const {
+    return count > 1 ? (last - first) / static_cast<double>(count - 1) : 0;
+  }
+};
+
+/// What an image told of the way since the one that was matched before it.
+struct ImageTurn {
+  Timestamp from, to;
+  double yaw = 0, sigma = 0;  ///< rad, by the image alone
+  bool told = false;          ///< it follows the one before, and nothing makes it doubtful
+};
+
+/// Depth odometry over images within `around` (s) of which the wheels' turn rate changes; what
+/// wheels say of the motion is where matching begins and counts for next to nothing. `visit` gets
+/// every image that was matched and returns false to stop; so does `ended` returning true.
+void turns_by_images(Recording& recording, const Wheels& wheels, const DepthDistortion& distortion,
+                     double around, const std::function<bool()>& ended,
+                     const std::function<bool(const ImageTurn&)>& visit);
+
+}  // namespace lamina::apps
