@@ -34,6 +34,19 @@ bool stands_near(const NavigabilityGrid& grid, const CellIndex& c, int reach) {
   return false;
 }
 
+// Marks of images alone, with nothing that stands near in the map of the same images.
+std::vector<CellIndex> unsupported(const OccupancyGrid& occupancy, const OccupancyGrid* scanners,
+                                   const NavigabilityGrid& grid, int reach, double occupied) {
+  std::vector<CellIndex> cells;
+  occupancy.cells().for_each([&](const CellIndex& c, const OccupancyCell& seen) {
+    if (!seen.seen() || static_cast<double>(occupancy.probability(c)) <= occupied) return;
+    const bool scanned =
+        scanners != nullptr && static_cast<double>(scanners->probability(c)) > occupied;
+    if (!scanned && !stands_near(grid, c, reach)) cells.push_back(c);
+  });
+  return cells;
+}
+
 }  // namespace
 
 void agree_with_ground(OccupancyGrid& occupancy, const OccupancyGrid* scanners,
@@ -41,17 +54,14 @@ void agree_with_ground(OccupancyGrid& occupancy, const OccupancyGrid* scanners,
   LAMINA_CHECK(std::abs(grid.resolution() - occupancy.cells().resolution()) < 1e-9);
   const auto reach = static_cast<int>(std::lround(options.near / grid.resolution()));
   grid.for_each([&](const CellIndex& c, const NavigabilityCell& cell) {
+    if (!(cell.navigability > 0)) return;
     const auto p = static_cast<double>(occupancy.probability(c));
-    const bool free = cell.navigability > 0;
-    if (p < options.free || !(free || std::isfinite(cell.height)) || cell.navigability == 0) return;
-    if (scanners != nullptr && static_cast<double>(scanners->probability(c)) > options.occupied)
-      return;
-    if (free) {
-      occupancy.make_free(c);
-    } else if (p > options.occupied && !stands_near(grid, c, reach)) {
-      occupancy.forget(c);
-    }
+    const bool scanned =
+        scanners != nullptr && static_cast<double>(scanners->probability(c)) > options.occupied;
+    if (!(p < options.free) && !scanned) occupancy.make_free(c);
   });
+  for (const CellIndex& c : unsupported(occupancy, scanners, grid, reach, options.occupied))
+    occupancy.forget(c);
 }
 
 std::vector<Eigen::Vector3d> without_passed(const std::vector<Eigen::Vector3d>& points_map,

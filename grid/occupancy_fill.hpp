@@ -27,10 +27,10 @@ void fill_from_occupancy(NavigabilityGrid& grid, const OccupancyGrid& occupancy,
                          const OccupancyFill& options = {});
 
 /// What scans made of images mark is what stands more than a step over the floor they fitted: ramps
-/// further up, swells and noise, too. Where `grid` knows better: cells that it calls free are free,
-/// and cells whose ground it saw, with nothing standing there or within `near` (m), are not
-/// occupied, unless a scanner found something (`scanners`; nullptr: there is none). `grid` as drawn
-/// from images; both must have one resolution.
+/// further up, swells and noise, far away by decimetres, too. `grid` knows better, as drawn from
+/// the same images: cells that it calls free are free, and cells where it has nothing that stands,
+/// there or within `near` (m), are not occupied, unless a scanner found something (`scanners`;
+/// nullptr: there is none). Both must have one resolution.
 void agree_with_ground(OccupancyGrid& occupancy, const OccupancyGrid* scanners,
                        const NavigabilityGrid& grid, const OccupancyFill& options = {});
 

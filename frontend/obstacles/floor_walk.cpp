@@ -61,6 +61,7 @@ class Walk {
   double floor_height(double range) const;
   bool in_shadow() const;
   bool faded(double range) const;
+  bool falls_away(int i, double beyond) const;
   // Was floor seen without holes up to the last sample?
   bool sharp() const {
     return __builtin_popcount(history_ & ((1U << kSharpWindow) - 1)) >= kSharpFloor;
@@ -101,12 +102,26 @@ double Walk::floor_height(double range) const {
   return p.x() * xy.x() + p.y() * xy.y() + p.z();
 }
 
-// Incidence beyond which the sensor loses floor, or the end of its range.
+// Incidence beyond which the sensor loses floor, or the end of its range. At the upper end of a
+// ramp level ground may go on, which is seen at more of it than the ramp.
 bool Walk::faded(double range) const {
   const double h =
-      static_cast<double>(planes_.planes[static_cast<std::size_t>(plane_)].camera_height);
+      std::min(static_cast<double>(planes_.planes[static_cast<std::size_t>(plane_)].camera_height),
+               view_.t.z() - floor_height(range));
   return range > h * std::tan(options_.grazing_deg * kDegree) ||
          std::hypot(range, h) > 0.9 * view_.noise.max_range;
+}
+
+// What is seen behind the floor lies lower than its end. Where the plane walked on rises over the
+// gap, what lies lower than that may be level ground that goes on from the end, or stands on it.
+bool Walk::falls_away(int i, double beyond) const {
+  if (last_ < 0) return true;
+  const double rim = floor_height(last_range());
+  const double depth = static_cast<double>(depth_);
+  if (floor_height(beyond) - rim <= depth) return true;
+  const double u = static_cast<double>(line_.u0 + static_cast<float>(i) * line_.du);
+  const double v = static_cast<double>(line_.v0 + static_cast<float>(i) * line_.dv);
+  return view_.point(u, v, static_cast<double>(below_d_)).z() < rim - depth;
 }
 
 Pixel Walk::classify(int i) {
@@ -325,6 +340,7 @@ WalkEnd Walk::run(Pace pace) {
     }
     if (below_ < options_.min_run_px) continue;
     const double beyond = range_on_floor(first_below_ - 0.5);
+    if (!falls_away(first_below_, beyond)) return end_of_floor();
     WalkEnd end = end_at(BeamCause::kHole, beyond);
     end.beyond = beyond;
     end.beyond_footprint =

@@ -45,6 +45,10 @@ TEST(OccupancyFill, WhatAScannerFoundStays) {
 TEST(OccupancyFill, OpenGroundIsUnknownUnlessSomethingStandsNear) {
   OccupancyGrid specks = marked(), step = marked(), blocked = marked();
   NavigabilityGrid grid(0.05);
+  OccupancyGrid unseen = marked();
+  agree_with_ground(unseen, nullptr, grid);
+  EXPECT_TRUE(std::isnan(unseen.probability({9, 0}))) << "the map has nothing there";
+  EXPECT_LT(unseen.probability({-5, 0}), 0.196F) << "what was free stays";
   grid.at_or_new({9, 0}) = {0.01F, 0, kUnknown, kUnknown};
   agree_with_ground(specks, nullptr, grid);
   EXPECT_TRUE(std::isnan(specks.probability({9, 0})));

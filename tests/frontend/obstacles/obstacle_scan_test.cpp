@@ -124,6 +124,37 @@ TEST(ObstacleScanner, RampsAreFloor) {
   }
 }
 
+// A ramp of 0.15 from x = 1.5 to 3.5; behind its end, 0.3 m up, nothing returns from the level
+// ground up to the wall at x = 6, or there is none: the floor of before is seen, and a wall down to
+// it.
+DepthFrame crest(bool ground) {
+  constexpr double kSlope = 0.15, kFoot = 1.5, kEnd = 3.5, kRise = kSlope * (kEnd - kFoot);
+  DepthFrame f = empty_frame(0.3, 0.7);
+  draw(f, [&](const Ray& o, const Ray& d) -> double {
+    const auto x = [&](double depth) { return o.x() + d.x() * depth; };
+    const double z = level(o, d, 0), wall = (6 - o.x()) / d.x();
+    if (z > 0 && x(z) < kFoot) return z;
+    const double along = d.z() - kSlope * d.x();
+    const double ramp = along < 0 ? (kSlope * (o.x() - kFoot) - o.z()) / along : 0;
+    if (ramp > 0 && x(ramp) < kEnd) return ramp;
+    if (ground) return o.z() + d.z() * wall > kRise ? wall : 0;
+    return z > 0 ? std::min(z, wall) : wall;
+  });
+  return f;
+}
+
+TEST(ObstacleScanner, TheUpperEndOfARampIsNoRim) {
+  const ObstacleScan s = scan_of(crest(true));
+  EXPECT_EQ(count(s, BeamCause::kHole) + count(s, BeamCause::kLedge), 0);
+  EXPECT_NEAR(s.floor_range[s.size() / 2], 3.5, 0.1);
+}
+
+TEST(ObstacleScanner, ARampThatEndsInTheAirIsOne) {
+  const ObstacleScan s = scan_of(crest(false));
+  EXPECT_EQ(s.cause[s.size() / 2], BeamCause::kHole);
+  EXPECT_NEAR(s.range[s.size() / 2], 3.5, 0.1);
+}
+
 TEST(ObstacleScanner, SingleWrongPixelsChangeNothing) {
   DepthFrame f = empty_frame();
   draw(f, [](const Ray& o, const Ray& d) { return level(o, d, 0); });
