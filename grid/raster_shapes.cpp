@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace lamina::raster {
 namespace {
@@ -83,30 +85,40 @@ bool fills(const Support& s, bool has_surfels, int i, int j, const Canvas& canva
          canvas.discs.wall_near(i, j, canvas.options.wall_near, s.height);
 }
 
-// How far the disc beside a fill of a plane that has discs lies from it, within a level: that is
-// what the fill belongs to, wherever no disc beside it is the plane's. m.
-float off_plane(const Support& s, int i, int j, const Canvas& canvas) {
+// How far the first disc along a line from a fill, no further than `most` cells, lies from its
+// plane (m); NaN: there is none.
+float off_plane(const Support& s, int i, int j, int di, int dj, int most, const Canvas& canvas) {
   const auto r = static_cast<float>(canvas.options.resolution);
-  const int n = static_cast<int>(canvas.options.plane_gap / canvas.options.resolution + 1e-9);
-  const auto most = static_cast<float>(canvas.options.level_gap / 2);
-  int nearest = 2 * n * n + 1;
-  float off = 0;
-  for (int v = -n; v <= n; ++v) {
-    for (int u = -n; u <= n; ++u) {
-      const float height = canvas.discs.disc(i + u, j + v);
-      if (!(height == height)) continue;
-      const float there =
-          s.height + r * (static_cast<float>(u) * s.slope_x + static_cast<float>(v) * s.slope_y);
-      const float apart = height - there;
-      if (!(std::abs(apart) <= most)) continue;  // NaN: no disc
-      if (apart * apart <= kSignificant * kSignificant * s.variance) return 0;
-      const int distance = u * u + v * v;
-      if (distance > nearest || (distance == nearest && std::abs(apart) > std::abs(off))) continue;
-      nearest = distance;
-      off = apart;
-    }
+  for (int k = 1; k <= most; ++k) {
+    const float height = canvas.discs.disc(i + k * di, j + k * dj);
+    const auto along = r * static_cast<float>(k);
+    if (height == height)
+      return height - s.height -
+             along * (static_cast<float>(di) * s.slope_x + static_cast<float>(dj) * s.slope_y);
   }
-  return off;
+  return std::numeric_limits<float>::quiet_NaN();
+}
+
+// How far what lies around a fill of a plane that has discs lies from it, within a level: that is
+// what the fill belongs to where discs on two opposite sides say so and none beside it is the
+// plane's. m.
+float off_plane(const Support& s, int i, int j, const Canvas& canvas) {
+  const int n = 1 + static_cast<int>(canvas.options.plane_gap / canvas.options.resolution + 1e-9);
+  const auto most = static_cast<float>(canvas.options.level_gap / 2);
+  const auto of_plane = [&](float off) {
+    return off * off <= kSignificant * kSignificant * s.variance;
+  };
+  float least = 0;
+  for (const auto& [di, dj] :
+       {std::pair(1, 0), std::pair(0, 1), std::pair(1, 1), std::pair(1, -1)}) {
+    const float a = off_plane(s, i, j, di, dj, n, canvas);
+    const float b = off_plane(s, i, j, -di, -dj, n, canvas);
+    if (of_plane(a) || of_plane(b)) return 0;
+    const float off = std::abs(a) < std::abs(b) ? a : b;
+    if (!(a * b > 0) || std::abs(off) > most) continue;  // NaN: no disc
+    if (least == 0.0F || std::abs(off) < std::abs(least)) least = off;
+  }
+  return least;
 }
 
 // Where the line y = `at` meets the edges of a closed outline, ascending.

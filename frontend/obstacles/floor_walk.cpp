@@ -61,6 +61,7 @@ class Walk {
   double floor_height(double range) const;
   bool in_shadow() const;
   bool faded(double range) const;
+  bool faded(double range, double height) const;
   bool falls_away(int i, double beyond) const;
   // Was floor seen without holes up to the last sample?
   bool sharp() const {
@@ -102,14 +103,16 @@ double Walk::floor_height(double range) const {
   return p.x() * xy.x() + p.y() * xy.y() + p.z();
 }
 
-// Incidence beyond which the sensor loses floor, or the end of its range. At the upper end of a
-// ramp level ground may go on, which is seen at more of it than the ramp.
+// Incidence beyond which the sensor loses floor, or the end of its range, on the plane walked on.
 bool Walk::faded(double range) const {
-  const double h =
-      std::min(static_cast<double>(planes_.planes[static_cast<std::size_t>(plane_)].camera_height),
-               view_.t.z() - floor_height(range));
-  return range > h * std::tan(options_.grazing_deg * kDegree) ||
-         std::hypot(range, h) > 0.9 * view_.noise.max_range;
+  return faded(range,
+               static_cast<double>(planes_.planes[static_cast<std::size_t>(plane_)].camera_height));
+}
+
+// Likewise, on a plane that the camera is `height` above.
+bool Walk::faded(double range, double height) const {
+  return range > height * std::tan(options_.grazing_deg * kDegree) ||
+         std::hypot(range, height) > 0.9 * view_.noise.max_range;
 }
 
 // What is seen behind the floor lies lower than its end. Where the plane walked on rises over the
@@ -294,7 +297,9 @@ WalkEnd Walk::end_of_floor() {
   const bool seen_behind = pending_ > 0 || above_ > 0;
   const int unseen = line_.samples - last_ - 1;
   if (!seen_behind && (line_.exits_side || unseen < 2 * kSharpWindow)) end.sharp = false;
-  end.sharp = end.sharp && !faded(end.range);
+  // At the upper end of a ramp level ground may go on, which is seen at less than the ramp.
+  const double level = view_.t.z() - static_cast<double>(end.height);
+  end.sharp = end.sharp && !faded(end.range) && !faded(end.range, level);
   end.shadow = end.sharp && in_shadow();
   return end;
 }

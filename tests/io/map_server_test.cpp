@@ -72,6 +72,12 @@ int ros1_scale(const MapImage& map, const std::uint8_t* pixel) {
   return static_cast<int>(1 + 98 * (occupied - map.free) / (map.occupied - map.free));
 }
 
+// Both, where map.yaml was set to trinary: alpha is averaged in with the colours.
+int trinary(const MapImage& map, const std::uint8_t* pixel) {
+  const double occupied = 1 - mean(pixel, map.channels) / 255;
+  return occupied > map.occupied ? kOccupied : occupied < map.free ? kFree : kUnknown;
+}
+
 class MapServer : public testing::Test {
  protected:
   void SetUp() override {
@@ -112,6 +118,14 @@ TEST_F(MapServer, Ros1ReadsEveryCellRight) {
   EXPECT_NEAR(ros1_scale(map_, map_.at(3, 0)), (0.5 - 0.196) / (0.65 - 0.196) * 100, 2);
   EXPECT_EQ(ros1_scale(map_, map_.at(0, 0)), kUnknown);
   EXPECT_EQ(ros1_scale(map_, map_.at(1, 1)), kUnknown);
+}
+
+TEST_F(MapServer, SetToTrinaryNothingIsReadWrong) {
+  EXPECT_EQ(trinary(map_, map_.at(0, 1)), kFree);
+  EXPECT_EQ(trinary(map_, map_.at(2, 1)), kOccupied);
+  EXPECT_EQ(trinary(map_, map_.at(3, 0)), kUnknown) << "between the thresholds";
+  EXPECT_EQ(trinary(map_, map_.at(0, 0)), kUnknown);
+  EXPECT_EQ(trinary(map_, map_.at(1, 1)), kUnknown);
 }
 
 // The rule that the grey of unknown cells is for: black under alpha 0 is an obstacle to ROS 1.

@@ -113,5 +113,52 @@ TEST(PlanesPly, ConcaveOutlinesAreTrianglesOfTheirPlane) {
   EXPECT_EQ(mesh.vertices.back().color[0], 86);
 }
 
+// Outlines as maps may hold them: every file is read whole, with indices and areas that are right.
+TEST(PlanesPly, DegenerateOutlinesAreStillLoaded) {
+  const auto file = std::filesystem::temp_directory_path() / "lamina_planes_degenerate_test.ply";
+  struct Case {
+    const char* what;
+    std::vector<Eigen::Vector3d> outline;
+    double area;
+  };
+  const std::vector<Case> cases{
+      {"nothing", {}, 0},
+      {"a point", {{1, 1, 1}}, 0},
+      {"one point, often", {{1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}}, 0},
+      {"a line", {{0, 0, 1}, {1, 0, 1}, {2, 0, 1}, {3, 0, 1}}, 0},
+      {"points on an edge, and twice",
+       {{0, 0, 1}, {1, 0, 1}, {1, 0, 1}, {2, 0, 1}, {2, 2, 1}, {0, 2, 1}, {0, 1, 1}, {0, 0, 1}},
+       4},
+      {"two squares that touch in a corner",
+       {{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {2, 1, 1}, {2, 2, 1}, {1, 2, 1}, {1, 1, 1}, {0, 1, 1}},
+       2},
+      {"a spike without area",
+       {{0, 0, 1}, {2, 0, 1}, {2, 2, 1}, {2, 5, 1}, {2, 2, 1}, {0, 2, 1}},
+       4},
+      {"a hole, cut open to the outside",
+       {{0, 0, 1},
+        {4, 0, 1},
+        {4, 4, 1},
+        {0, 4, 1},
+        {0, 0, 1},
+        {1, 1, 1},
+        {1, 3, 1},
+        {3, 3, 1},
+        {3, 1, 1},
+        {1, 1, 1}},
+       12},
+  };
+  for (const Case& c : cases) {
+    write_planes_ply(file, {floor_with({c.outline})});
+    const Mesh mesh = read_mesh(file);
+    std::filesystem::remove(file);
+    for (const Face& face : mesh.faces) {
+      for (const std::int32_t k : face.corner)
+        EXPECT_LT(static_cast<std::size_t>(k), mesh.vertices.size()) << c.what;
+    }
+    EXPECT_NEAR(mesh.area(7), c.area, 1e-6) << c.what;
+  }
+}
+
 }  // namespace
 }  // namespace lamina::io
