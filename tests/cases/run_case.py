@@ -130,7 +130,7 @@ LONGEST_S = 90
 NOT_YET = {
     "frclinic": "a match may still leave good wheels by 23 degrees at 10 scans a second",
     "narrow_scan_no_wheels": "57 degrees without wheels: off by 0.8 m, unsaid",
-    "occupancy_bar": "cells that images alone mark near the ramp's upper end",
+    "occupancy_bar": "rims beside the ramp, 0.1 to 0.4 m from its sides",
     "sweep_200deg": "the scan duration is not found in fast turns",
     "two_lasers": "each scan is placed by its own frame, but matched with the other scanner's",
 }
