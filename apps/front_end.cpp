@@ -98,7 +98,8 @@ bool FrontEnd::meet(Timestamp stamp) {
   }
   wheels_met_ = wheels_met_ || wheels_.at(stamp).has_value();
   // A scan asks back to the last scan, an image to the last step.
-  const auto from = last_scan_ ? last_scan_ : last_step_;
+  auto from = last_scan_ ? last_scan_ : last_step_;
+  if (from && met_last_) from = std::min(*from, met_last_->stamp);
   if (from) wheels_.forget_before(*from);
   return true;
 }
@@ -143,6 +144,7 @@ Increment FrontEnd::advance(const SE3& T_start_body, const Matrix6d& covariance,
   if (!first_step_) first_step_ = T_start_body;
   last_step_ = stamp;
   if (!last_told_) last_told_ = stamp;
+  note_met(stamp, increment);
   return increment;
 }
 
@@ -167,6 +169,9 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
     guess = MotionGuess{moved->T_from_to,
                         scans_tell_scale_ ? of_unknown_scale(*moved) : moved->covariance};
     step.wheels_moved = wheels->T_from_to;
+  } else if (const auto across = across_hole(T_start_scan_body_, scan.stamp);
+             across && last_scan_) {
+    guess = MotionGuess{across->T_from_to, across->covariance - met_last_->since};
   } else if (!scanned_of_late(scan.stamp)) {
     guess = bridged_since_scan();
   }
@@ -282,6 +287,9 @@ std::optional<Step> FrontEnd::process_depth(const DepthFrame& frame, SensorKind 
   depth_seen_ = true;
   Step step;
   std::optional<Increment> moved = driven(last_step_, frame.stamp);
+  if (!moved && (moved = across_hole(T_start_body_, frame.stamp))) {
+    step.across_hole = met_last_->steps;
+  }
   if (moved && scanned_of_late(frame.stamp)) step.left_to_wheels = scan_left_;
   FloorResult floor;
   {

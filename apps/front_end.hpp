@@ -49,6 +49,9 @@ struct Step {
   std::optional<LaserScan> scan;          ///< straightened, for loop closing and the occupancy grid
   std::optional<ScanMotion> scan_motion;  ///< since the last scan, of level scanners
   std::optional<SE3> wheels_moved;        ///< the body since the last scan, as wheels have it
+  /// Steps just before that lie in a hole of the odometry: this one's motion is what wheels counted
+  /// across it.
+  std::int64_t across_hole = 0;
   std::optional<ObstacleScan> obstacles;  ///< from depth: levelled frame of this instant
   SE3 T_body_levelled;                    ///< that frame in the body
   std::optional<GroundLook> ground;       ///< from depth, in that frame
@@ -140,7 +143,7 @@ class FrontEnd {
            T_start_image, image_velocity, skipped, ground_returns, last_slope, last_two_slopes,
            slopes_seen, knocks, last_sight, since_image, lifted_since_scan, ever_lifted,
            follow_slopes, images_beside_wheels, sweep_watch, scans_tell_scale, scan_left,
-           range_noise, scanner_noise, depth_noise, optical, floors, range_check] = v;
+           range_noise, scanner_noise, depth_noise, optical, floors, range_check, met_last] = v;
     static_cast<void>(follow_slopes);         // of the mode
     static_cast<void>(images_beside_wheels);  // likewise
     static_cast<void>(distortion);            // of the recording, before it is mapped
@@ -156,7 +159,7 @@ class FrontEnd {
       since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns,
       last_slope, last_two_slopes, slopes_seen, knocks, last_sight, since_image, lifted_since_scan,
       ever_lifted, sweep, sweep_watch, scan_left, range_noise, scanner_noise, depth_noise, optical,
-      floors, range_check);
+      floors, range_check, met_last);
     if constexpr (A::kReading) {
       floor.load(a);
     } else {
@@ -218,6 +221,8 @@ class FrontEnd {
   std::optional<Increment> less_lawful_errors(const std::optional<Increment>& measured) const;
   Matrix6d of_unknown_scale(const Increment& wheels) const;
   std::optional<Increment> driven(const std::optional<Timestamp>& from, Timestamp to) const;
+  std::optional<Increment> across_hole(const SE3& T_start_from, Timestamp to) const;
+  void note_met(Timestamp stamp, const Increment& increment);
 
   DepthDistortion distortion_;            // taken out of depth images
   std::optional<SE3> T_level_start_;      // how the body stands at first, where it is tilted
@@ -268,6 +273,18 @@ class FrontEnd {
   OpticalWatch optical_;
   FloorsAsStated floors_;
   RangeCheck range_check_;
+  /// The last step at which wheels said where they are, and the way since, which they did not see.
+  struct Met {
+    Timestamp stamp;
+    SE3 T_start_body;
+    Matrix6d since = Matrix6d::Zero();  // covariance, right tangent
+    std::int64_t steps = 0;
+    template <class A>
+    friend void fields(A& a, Met& v) {
+      a(v.stamp, v.T_start_body, v.since, v.steps);
+    }
+  };
+  std::optional<Met> met_last_;
 };
 
 }  // namespace lamina::apps

@@ -24,6 +24,26 @@ std::optional<Increment> FrontEnd::measured_way(const std::optional<Timestamp>& 
   return from ? wheels_.between(*from, to) : std::nullopt;
 }
 
+// Counters go on across a hole: from the last step that they met, whatever was guessed since. Where
+// wheels tell the way from the last step, that is none.
+std::optional<Increment> FrontEnd::across_hole(const SE3& T_start_from, Timestamp to) const {
+  if (!met_last_ || met_last_->steps == 0 || !wheels_.moved()) return std::nullopt;
+  const auto moved = less_lawful_errors(wheels_.between(met_last_->stamp, to));
+  if (!moved) return std::nullopt;
+  const SE3 T = T_start_from.inverse() * met_last_->T_start_body * moved->T_from_to;
+  return Increment{T, moved->covariance + met_last_->since};
+}
+
+void FrontEnd::note_met(Timestamp stamp, const Increment& increment) {
+  if (wheels_.at(stamp)) {
+    met_last_ = Met{stamp, T_start_body_};
+  } else if (met_last_) {
+    const Matrix6d J = increment.T_from_to.inverse().adjoint();
+    met_last_->since = J * met_last_->since * J.transpose() + increment.covariance;
+    ++met_last_->steps;
+  }
+}
+
 // The same less what was learned of their lawful errors.
 std::optional<Increment> FrontEnd::driven(const std::optional<Timestamp>& from,
                                           Timestamp to) const {

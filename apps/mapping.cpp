@@ -18,6 +18,7 @@
 #include <lamina/apps/doubts.hpp>
 #include <lamina/apps/first_looks.hpp>
 #include <lamina/apps/front_end.hpp>
+#include <lamina/apps/hole_steps.hpp>
 #include <lamina/apps/interrupt.hpp>
 #include <lamina/apps/live.hpp>
 #include <lamina/apps/loop_book.hpp>
@@ -116,6 +117,12 @@ Mapper map_offline(Run& run) {
     return std::int64_t{0};
   });
   correct_range_max(steps, run.front_end.range_check());
+  if (const std::int64_t laid = lay_across_holes(steps); laid > 0) {
+    output.metrics.warn("odometry_hole",
+                        fmt::format("the odometry is silent at {} images that lost track: they "
+                                    "were laid along the way that wheels counted across the hole",
+                                    laid));
+  }
   const auto ended = [&] { return run.interrupt.ending(); };
   if (settings.close_loops && !ended()) gather(run.closer.finish());
   const bool levelled =

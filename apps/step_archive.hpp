@@ -37,9 +37,9 @@ namespace apps {
 template <class A>
 void fields(A& a, Step& v) {
   auto& [observations, motion, known, lost, open, left, by_image, slopes, T_start_body, scan,
-         scan_motion, wheels_moved, obstacles, T_level, ground, sight] = v;
+         scan_motion, wheels_moved, across, obstacles, T_level, ground, sight] = v;
   a(observations, motion, known, lost, open, left, by_image, slopes, T_start_body, scan,
-    scan_motion, wheels_moved, obstacles, T_level, ground, sight);
+    scan_motion, wheels_moved, across, obstacles, T_level, ground, sight);
 }
 
 }  // namespace apps
