@@ -2,6 +2,7 @@
 #include <lamina/apps/doubts.hpp>
 
 #include <fmt/format.h>
+#include <algorithm>
 
 namespace lamina::apps {
 namespace {
@@ -38,7 +39,7 @@ void add_doubts_of_depth(const FrontEnd& front_end, std::vector<Warning>& all) {
 }
 
 // What is stated of the scanner's ranges, against how they scatter along lines.
-void add_doubts_of_ranges(const RangeNoise& noise, const RangeCheck& check,
+void add_doubts_of_ranges(const RangeNoise& noise, const RangeCheck& check, bool noise_is_stated,
                           std::vector<Warning>& all) {
   if (const auto code = check.code()) {
     all.push_back({"no_return_code",
@@ -64,7 +65,7 @@ void add_doubts_of_ranges(const RangeNoise& noise, const RangeCheck& check,
   }
   constexpr double kFar = 3.5;  // times: rough walls and rounded ranges explain the rest
   const double stated = noise.stated(), used = noise.sigma();
-  if (!(stated > 0) || (used < kFar * stated && stated < kFar * used)) return;
+  if (!noise_is_stated || !(stated > 0) || (used < kFar * stated && stated < kFar * used)) return;
   all.push_back(
       {"range_noise",
        fmt::format("lidar.range_sigma: {:.3g} m is stated, along straight walls ranges scatter by "
@@ -72,11 +73,10 @@ void add_doubts_of_ranges(const RangeNoise& noise, const RangeCheck& check,
                    stated, used)});
 }
 
-}  // namespace
+constexpr double kLong = 0.5;  // m of open way in a row
 
-std::vector<Warning> doubts(const std::string& input, const FrontEnd& front_end,
-                            io::Metrics& metrics) {
-  std::vector<Warning> all;
+void add_doubts_of_odometry(const std::string& input, const FrontEnd& front_end,
+                            io::Metrics& metrics, std::vector<Warning>& all) {
   if (front_end.odometry_never_met()) {
     all.push_back(
         {"odometry_never_meets",
@@ -104,7 +104,18 @@ std::vector<Warning> doubts(const std::string& input, const FrontEnd& front_end,
              "odometry, or do its stamps not meet theirs? (`lamina info` tells)",
              unknown, steps)});
   }
-  constexpr double kLong = 0.5;  // m of open way in a row
+}
+
+void add_doubts_of_scans(io::Metrics& metrics, std::vector<Warning>& all) {
+  constexpr double kLeftOut = 0.01;  // of the steps
+  if (const double out = metrics.counts["scans_left_out"];
+      out > kLeftOut * metrics.counts["steps"]) {
+    all.push_back({"scan_outliers",
+                   fmt::format("{:.0f} scans fit nowhere while the wheels went on as before (the "
+                               "robot tipped, or something covered the scanner): the motion there "
+                               "is the wheels', and the scans are left out of the map",
+                               out)});
+  }
   if (const double way = metrics.counts["scans_open_direction_longest_m"]; way > kLong) {
     all.push_back(
         {"scans_open_direction", fmt::format("{:.0f} scans left a direction of their motion open "
@@ -114,6 +125,9 @@ std::vector<Warning> doubts(const std::string& input, const FrontEnd& front_end,
                                              "guess there, off by part of that way",
                                              metrics.counts["scans_with_open_direction"], way)});
   }
+}
+
+void add_doubts_of_wheels_alone(io::Metrics& metrics, std::vector<Warning>& all) {
   // Planners leave a robot that much room. Where most of the way was seen, planes met again hold
   // much of the rest, and the figure is an upper bound.
   const bool most = metrics.counts["by_wheels_alone_m"] > 0.5 * metrics.counts["path_m"];
@@ -144,6 +158,10 @@ std::vector<Warning> doubts(const std::string& input, const FrontEnd& front_end,
                                metrics.counts["way_by_wheels_alone_longest_to_s"], alone,
                                100 * kSlip, kSlip * alone)});
   }
+}
+
+void add_doubts_of_tracking(io::Metrics& metrics, std::vector<Warning>& all) {
+  const double steps = metrics.counts["steps"];
   if (!metrics.tracking_lost.empty()) {
     all.push_back(
         {"tracking_lost",
@@ -171,6 +189,9 @@ std::vector<Warning> doubts(const std::string& input, const FrontEnd& front_end,
              "nothing else in range): along it the path is a guess there, off by part of that way",
              metrics.counts["open_direction_longest_m"])});
   }
+}
+
+void add_doubts_of_floor(io::Metrics& metrics, std::vector<Warning>& all) {
   if (const double steps_open = metrics.counts["cells_step_open"];
       steps_open > metrics.counts["cells_free"]) {
     all.push_back(
@@ -182,7 +203,22 @@ std::vector<Warning> doubts(const std::string& input, const FrontEnd& front_end,
                      "from nearer by, more of them, or a robot that climbs more would make it free",
                      100 * steps_open / (steps_open + metrics.counts["cells_free"]))});
   }
-  add_doubts_of_ranges(front_end.range_noise(), front_end.range_check(), all);
+}
+
+}  // namespace
+
+std::vector<Warning> doubts(const std::string& input, const FrontEnd& front_end,
+                            io::Metrics& metrics) {
+  std::vector<Warning> all;
+  add_doubts_of_odometry(input, front_end, metrics, all);
+  add_doubts_of_scans(metrics, all);
+  add_doubts_of_wheels_alone(metrics, all);
+  add_doubts_of_tracking(metrics, all);
+  add_doubts_of_floor(metrics, all);
+  const bool noise_is_stated =
+      std::none_of(metrics.assumed.begin(), metrics.assumed.end(),
+                   [](const auto& text) { return text.find("lidar.range_sigma") == 0; });
+  add_doubts_of_ranges(front_end.range_noise(), front_end.range_check(), noise_is_stated, all);
   add_doubts_of_depth(front_end, all);
   return all;
 }

@@ -2,6 +2,7 @@
 #include <lamina/apps/front_end.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <lamina/apps/unknown_motion.hpp>
@@ -36,6 +37,14 @@ SE3 levelled_pose(const Plane& floor_body) {
 }
 
 namespace {
+
+// A scan that fits nowhere while the wheels go on (the robot tipped, something covered the scanner)
+// is no view of the place: it goes into no map.
+bool shows_nothing(const ScanMotion& motion) {
+  const bool held = motion.status == ScanMotion::Status::kTracked ||
+                    motion.status == ScanMotion::Status::kDegenerate;
+  return motion.iterations == 0 && (held || motion.wheels_went_on);
+}
 
 // Images contradict wheels that slip; beside them scans gain nothing by a kernel over the wheels.
 ScanOdometryOptions scan_odometry_of(const Settings& settings, const Calibration& calibration) {
@@ -189,6 +198,10 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
       scan_odometry_ = *before;
       motion = move_by_scan(scan, guess, level);
     }
+  }
+  if (level && shows_nothing(motion)) {
+    metrics.counts["scans_left_out"] += 1;
+    std::fill(scan.ranges.begin(), scan.ranges.end(), HUGE_VALF);
   }
   if (level) watch_sweep(measured, wheels, motion, metrics);
   if (level && planar_)

@@ -11,13 +11,44 @@ namespace {
 
 Eigen::Vector3d squares(double xy, double yaw) { return {xy * xy, xy * xy, yaw * yaw}; }
 
+template <class KeyScans>
+PointMap map_of(const KeyScans& key_scans) {
+  std::vector<OrientedPoint> all;
+  for (const auto& key : key_scans) {
+    for (const OrientedPoint& p : key.points) {
+      if (p.oriented()) all.push_back(p);
+    }
+  }
+  return PointMap(std::move(all));
+}
+
+// A scan that shows what no key scan did (another scanner's first, a narrow one's in a turn) finds
+// nothing there: that is no loss.
+template <class KeyScans>
+bool shows_elsewhere(const KeyScans& key_scans, const std::vector<OrientedPoint>& points,
+                     const PlanarPose& T_local_body, double looked) {
+  if (key_scans.empty() || points.empty()) return false;
+  std::vector<SightFan> fans;
+  for (const auto& key : key_scans) {
+    const auto points_body = transformed(key.points, key.T_local_body.inverse());
+    fans.push_back(sight_fan(points_body, Eigen::Vector2d::Zero(), key.T_local_body));
+  }
+  return looked_at(points, fans, T_local_body) < looked;
+}
+
+// All walls in sight face one way, but for what normals scatter by: along them nothing is measured.
+bool one_wall(const std::vector<OrientedPoint>& points, double scatter) {
+  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+  for (const OrientedPoint& p : points) sum += p.normal * p.normal.transpose();
+  const double half = 0.5 * sum.trace();
+  const double least = half - std::sqrt(std::max(0.0, half * half - sum.determinant()));
+  return half > 0 && least < scatter * scatter * sum.trace();
+}
+
 // Only a clearly better fit overrules the motion that was expected.
 const LineMatch& better(const LineMatch& expected, const LineMatch& found) {
   return found.matched > expected.matched + 0.1 ? found : expected;
 }
-
-// Below, wheels stand.
-constexpr double kStands = 1e-3;  // m
 
 // Does the scan by itself, `alone`, say clearly, and by more than what one person shows of himself,
 // that it was taken elsewhere than where it and the wheels agree on, `both`?
@@ -44,16 +75,6 @@ bool tells_otherwise(const LineMatch& alone, const LineMatch& both,
   return (high - low).maxCoeff() > kPerson;
 }
 
-// How far a match is from a prior, by the noise of both: e' (A^-1 + P^-1)^-1 e. What the scan does
-// not tell (A without rank) adds nothing.
-double against(const LineMatch& match, const PlanarPrior& prior) {
-  const PlanarPose off = prior.T_map_scan.inverse() * match.T_map_scan;
-  const Eigen::Vector3d e(off.x, off.y, off.yaw);
-  const Eigen::Matrix3d C = prior.information.inverse();
-  const Eigen::Matrix3d sum = Eigen::Matrix3d::Identity() + match.information * C;
-  return e.dot(sum.partialPivLu().solve(match.information * e));
-}
-
 }  // namespace
 
 ScanOdometry::ScanOdometry(const ScanOdometryOptions& options) : options_(options) {}
@@ -72,10 +93,9 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
       return motion;
     }
   }
-  const Prediction prediction = predict(wheels);
   const double dt = last_stamp_ ? scan.stamp - *last_stamp_ : 0;
   GoingOn going_on;
-  if (dt > 0 && dt < 2 * last_interval_ && last_interval_ < 2 * dt) {
+  if (dt > 0 && dt < options_.alike * last_interval_ && last_interval_ < options_.alike * dt) {
     const double share = dt / last_interval_;
     going_on = {dt, {share * velocity_.x, share * velocity_.y, share * velocity_.yaw}};
     going_on.even = std::abs(dt - last_interval_) < 0.2 * dt;
@@ -83,10 +103,16 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   const bool go_on = wheels && told_ && wheels_go_on(*wheels, dt, last_interval_);
   last_stamp_ = scan.stamp;
   last_interval_ = dt;
+  const Prediction prediction = predict(wheels);
   const Eigen::Vector2d scanner = scan.lidar.T_body_lidar.translation().head<2>();
   LineMatch match = align(prediction, wheels.has_value(), going_on, scanner, motion);
+  const bool elsewhere =
+      match.matched < options_.lost_matched &&
+      shows_elsewhere(key_scans_, points_, T_local_body_ * prediction.T_prev_curr, options_.looked);
   if (options_.doubt_wheels)
     compare(wheels, match, match.matched < options_.lost_matched || slopes);
+  if (!wheels && match.unknown_directions == 0 && one_wall(points_, options_.scatter_of_normals))
+    match.unknown_directions = 1;
   if (doubt_.slips()) {
     const LineMatch alone =
         match_lines(map_, points_, T_local_body_ * velocity_, {}, options_.match);
@@ -100,11 +126,13 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   const bool doubtful = !wheels && usual_.gap_before(scan.stamp) && usual_.worse(match.matched);
   fill(prediction, match, wheels, doubtful, motion);
   const bool lost = motion.status == ScanMotion::Status::kPredicted;
-  motion.wheels_went_on = lost && go_on;
-  told_ = !lost;
+  motion.wheels_went_on = lost && (go_on || (elsewhere && wheels));
+  const bool outlier = motion.wheels_went_on && !elsewhere;
+  if (outlier) match.iterations = motion.iterations = 0;
+  told_ = !lost || (outlier && !usual_.gap_before(scan.stamp));
   if (!lost && !frozen) {
     usual_.tracked(scan.stamp, motion.matched);
-  } else if (lost && !points_.empty()) {
+  } else if (lost && !outlier && !points_.empty()) {
     usual_.began(scan.stamp);
   }
   const std::optional<PlanarPose> before = T_local_alone_;
@@ -114,7 +142,13 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   const PlanarPose step = planar_part(motion.T_prev_curr_body);
   T_local_body_ = T_local_body_ * step;
   velocity_ = step;
-  keep_key_scan(match, lost);
+  if (lost && elsewhere) {
+    key_scans_.push_back({T_local_body_, transformed(points_, T_local_body_)});
+    map_ = map_of(key_scans_);
+    grid_.reset();
+  } else {
+    keep_key_scan(match, lost && !outlier);
+  }
   return motion;
 }
 
@@ -128,7 +162,16 @@ ScanOdometry::Prediction ScanOdometry::predict(const std::optional<MotionGuess>&
     const Eigen::Matrix3d lever = squares(options_.sigma_lever * T_prev_curr.yaw, 0).asDiagonal();
     return {T_prev_curr, planar_block(wheels->covariance) + least + lever};
   }
-  return {velocity_, squares(options_.sigma_velocity, options_.sigma_turn).asDiagonal()};
+  // A body that was tracked goes on but for what accelerations make of it in the time.
+  double sigma = options_.sigma_velocity, sigma_turn = options_.sigma_turn;
+  if (told_ && last_interval_ > 0) {
+    const double half_square = 0.5 * last_interval_ * last_interval_;
+    sigma =
+        std::min(sigma, std::max(options_.least_leap, options_.most_acceleration * half_square));
+    sigma_turn =
+        std::min(sigma_turn, std::max(options_.least_spin, options_.most_spin * half_square));
+  }
+  return {velocity_, squares(sigma, sigma_turn).asDiagonal()};
 }
 
 LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, const GoingOn& before,
@@ -154,7 +197,9 @@ LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, const G
   };
   // Without wheels nothing but the fit tells that a scan was matched beside its place.
   const bool beside = !wheels && usual_.worse(match.matched);
-  if ((match.matched < options_.min_matched || beside || unbelievable()) && !map_.empty() &&
+  // Between slow scans a body turns further than a match from constant velocity finds back from.
+  const bool slow = !wheels && last_interval_ > options_.slow_alone;
+  if ((match.matched < options_.min_matched || beside || slow || unbelievable()) && !map_.empty() &&
       points_.size() >= 10) {
     motion.searched = true;
     const PlanarPrior* told = wheels ? &prior : nullptr;
@@ -165,85 +210,6 @@ LineMatch ScanOdometry::align(const Prediction& prediction, bool wheels, const G
   if (wheels) doubt_what_came(prior, prediction, scanner, match);
   if (wheels && before.dt > 0) hold_to_wheels(prior, prediction, before, match);
   return match;
-}
-
-// People who walk along beside a scanner in a bare corridor show more of what tells the way than
-// its walls do, and the match follows them. They walk where scans before saw through.
-void ScanOdometry::doubt_what_came(const PlanarPrior& wheels, const Prediction& prediction,
-                                   const Eigen::Vector2d& scanner, LineMatch& match) {
-  constexpr double kClear = 11.3, kMargin = 0.15;  // 3 dof, 1 %; m
-  constexpr double kMost = 0.3;  // of the scan: more is a place that was taken for another
-  const bool stands = prediction.T_prev_curr.translation().norm() < kStands;
-  if (map_.empty() || stands || !(contradiction(match, prediction) >= kClear)) return;
-  std::vector<SightFan> fans;
-  for (const KeyScan& key : key_scans_) {
-    fans.push_back(
-        sight_fan(transformed(key.points, key.T_local_body.inverse()), scanner, key.T_local_body));
-  }
-  // Wherever the body is: a wall is where it was seen at the pose of one of the two.
-  std::vector<bool> came = seen_through(points_, fans, wheels.T_map_scan, kMargin);
-  const std::vector<bool> there = seen_through(points_, fans, match.T_map_scan, kMargin);
-  for (std::size_t i = 0; i < came.size(); ++i) came[i] = came[i] && there[i];
-  const double most = kMost * static_cast<double>(points_.size());
-  const auto count = std::count(came.begin(), came.end(), true);
-  if (count == 0 || static_cast<double>(count) > most) return;
-  std::vector<OrientedPoint> rest = without(points_, came);
-  if (static_cast<double>(points_.size() - rest.size()) > most) return;
-  const LineMatch other = match_lines(map_, rest, wheels.T_map_scan, wheels, options_.match);
-  const double as_found = match_cost(map_, rest, match.T_map_scan, wheels, options_.match);
-  const double as_told = match_cost(map_, rest, other.T_map_scan, wheels, options_.match);
-  if (!(as_told < as_found) || !(contradiction(other, prediction) < kClear)) return;
-  match = other;
-  match.matched *= static_cast<double>(rest.size()) / static_cast<double>(points_.size());
-  points_ = std::move(rest);
-}
-
-// No robot leaps: where the scan does and wheels go on as before, the scan is led by what is no
-// wall (the ground at the end of a ramp, which runs ahead of a scanner that tips).
-void ScanOdometry::hold_to_wheels(const PlanarPrior& wheels, const Prediction& prediction,
-                                  const GoingOn& before, LineMatch& match) const {
-  if (map_.empty() || contradiction(match, prediction) < options_.contradiction_chi_squared) return;
-  // Wheels that stand do not go on: they may not be counted, and a robot that stands does not tip.
-  if (prediction.T_prev_curr.translation().norm() < kStands) return;
-  const auto from_before = [&](const PlanarPose& T_map_scan) {
-    return before.motion.inverse() * (T_local_body_.inverse() * T_map_scan);
-  };
-  const PlanarPose found = from_before(match.T_map_scan), told = from_before(wheels.T_map_scan);
-  const double leap = found.translation().norm(), turn = std::abs(found.yaw);
-  const double square = before.dt * before.dt, told_leap = told.translation().norm();
-  const bool leaps = before.even && told_leap <= options_.steady * leap &&
-                     leap >= options_.least_leap + options_.most_acceleration * square;
-  const bool spins = turn >= options_.least_spin + options_.most_spin * square &&
-                     std::abs(told.yaw) <= options_.steady * turn;
-  if (!leaps && !spins) return;
-  constexpr double kFirm = 1e4;  // times the wheels' information
-  PlanarPrior firm = wheels;
-  firm.information *= kFirm;
-  firm.robust = false;
-  const PlanarPose off = wheels.T_map_scan.inverse() * match.T_map_scan;
-  match = match_lines(map_, points_, wheels.T_map_scan, firm, options_.match);
-  // The scan says nothing of that way.
-  const Eigen::Vector3d e(off.x, off.y, off.yaw), weight = match.information * e;
-  const double along = e.dot(weight);
-  if (along > 0) match.information -= weight * weight.transpose() / along;
-  match.unknown_directions = std::max(1, match.unknown_directions);
-}
-
-// Far from what was expected, by that expectation's own measure.
-double ScanOdometry::contradiction(const LineMatch& match, const Prediction& prediction) const {
-  const PlanarPose off =
-      prediction.T_prev_curr.inverse() * (T_local_body_.inverse() * match.T_map_scan);
-  const Eigen::Vector3d e(off.x, off.y, off.yaw);
-  return e.dot(prediction.covariance.inverse() * e);
-}
-
-// A match found without wheels overrules them only where its scan tells, by more than the noise of
-// both. Along a corridor it came to lie wherever it was begun from.
-LineMatch ScanOdometry::reconciled(const PlanarPrior& wheels, const LineMatch& found) const {
-  constexpr double kClear = 11.3;  // 3 dof, 1 %
-  const bool none = found.iterations == 0;
-  if (none || (found.unknown_directions == 0 && against(found, wheels) > kClear)) return found;
-  return match_lines(map_, points_, found.T_map_scan, wheels, options_.match);
 }
 
 LineMatch ScanOdometry::search_near(const Prediction& prediction, const PlanarPrior* wheels,
@@ -338,39 +304,10 @@ void ScanOdometry::fill(const Prediction& prediction, const LineMatch& match,
   set_planar_block(0.5 * (planar + planar.transpose()), motion.covariance);
 }
 
-void ScanOdometry::compare(const std::optional<MotionGuess>& wheels, const LineMatch& match,
-                           bool lost) {
-  if (!wheels || lost || match.unknown_directions > 0) return doubt_.forget();
-  const PlanarPose by_wheels = planar_part(wheels->T_prev_curr_body);
-  if (by_wheels.translation().norm() < kStands) return doubt_.forget();
-  const Eigen::Vector2d ahead = by_wheels.translation().normalized();  // in the previous body
-  const PlanarPose step = T_local_body_.inverse() * match.T_map_scan;
-  Eigen::Vector3d u = Eigen::Vector3d::Zero();  // in the tangent of the current one
-  u.head<2>() = by_wheels.rotation().transpose() * ahead;
-  const double wheels_variance = u.dot(planar_block(wheels->covariance) * u);
-  doubt_.add(ahead.dot(step.translation() - by_wheels.translation()), wheels_variance,
-             u.dot(match.information.inverse() * u));
-}
-
-// Taking a robot away and setting it down takes longer than this, and its wheels do not drive then.
-bool ScanOdometry::wheels_go_on(const MotionGuess& wheels, double dt,
-                                double interval_before) const {
-  constexpr double kSetDown = 1;       // s
-  constexpr double kTurning = 5;       // rad/s^2, of robots that begin or end a turn
-  constexpr double kLeastTurn = 0.05;  // rad between scans: what wheels and scans are off by
-  if (!(dt > 0 && dt < kSetDown && interval_before > 0)) return false;
-  const PlanarPose step = planar_part(wheels.T_prev_curr_body);
-  const Eigen::Vector2d now = step.translation() / dt;
-  const Eigen::Vector2d before = velocity_.translation() / interval_before;
-  if (step.translation().norm() < kStands) return false;
-  const double turned = std::abs(step.yaw - velocity_.yaw * dt / interval_before);
-  return (now - before).norm() < options_.steady * now.norm() &&
-         turned < kLeastTurn + kTurning * dt * dt;
-}
-
 void ScanOdometry::keep_key_scan(const LineMatch& match, bool lost) {
   if (points_.empty()) return;
   if (lost) key_scans_.clear();
+  if (!lost && match.iterations == 0) return;  // of no match: held to the wheels, or an outlier
   if (!key_scans_.empty()) {
     const PlanarPose d = key_scans_.back().T_local_body.inverse() * T_local_body_;
     const bool moved =
@@ -387,13 +324,7 @@ void ScanOdometry::keep_key_scan(const LineMatch& match, bool lost) {
   while (static_cast<int>(key_scans_.size()) > options_.key_scans || far(key_scans_.front())) {
     key_scans_.pop_front();
   }
-  std::vector<OrientedPoint> all;
-  for (const KeyScan& k : key_scans_) {
-    for (const OrientedPoint& p : k.points) {
-      if (p.oriented()) all.push_back(p);
-    }
-  }
-  map_ = PointMap(std::move(all));
+  map_ = map_of(key_scans_);
   grid_.reset();
 }
 

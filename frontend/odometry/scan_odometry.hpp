@@ -34,6 +34,13 @@ struct ScanOdometryOptions {
   /// this (m, rad) and this acceleration (m/s^2, rad/s^2), while wheels go on (by this share of
   /// it), is not believed.
   double least_leap = 0.03, most_acceleration = 5, least_spin = 0.1, most_spin = 10, steady = 0.33;
+  /// Over a long interval an acceleration allows anything. There a body leaves what wheels say by
+  /// the ways of both steps together at most (times `ways`: wheels count no better), or turns by
+  /// both turns and by what those ways make about a wheel that is blocked, `pivot` (m) away.
+  double ways = 1.25, pivot = 0.5;
+  double jitter = 0.25;  ///< s: up to here stamps jitter, and uneven intervals say no speed
+  /// Intervals longer or shorter than the last one by this factor say nothing of its speed.
+  double alike = 2.5;
   /// Wheels' word counts for less the more sigmas scans contradict it by (PlanarPrior::robust).
   bool robust_wheels = true;
   /// Scans are asked by themselves where wheels seem to slip (WheelDoubt).
@@ -47,6 +54,14 @@ struct ScanOdometryOptions {
   double sigma_lever = 0.03;  ///< m: the scanner may sit off its stated place by this
   /// Constant velocity where there are no wheels: m and rad per step, 1-sigma.
   double sigma_velocity = 0.2, sigma_turn = 0.3;
+  /// s between scans beyond which a body without wheels turns further than a match finds back from.
+  double slow_alone = 0.12;
+  /// Share of a scan's points that lie in a bearing of which a key scan holds something; below, it
+  /// shows another side of the place, and what does not fit is no loss.
+  double looked = 0.5;
+  /// rad, rms: normals along one straight wall scatter by that. Without wheels the way along it is
+  /// open.
+  double scatter_of_normals = 0.2;
   /// Height (m), roll and pitch (rad) that a step on a floor may change, 1-sigma, without wheels.
   double sigma_height = 0.002, sigma_level = 0.001;
 };

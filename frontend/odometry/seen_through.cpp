@@ -49,6 +49,20 @@ std::vector<bool> seen_through(const std::vector<OrientedPoint>& points,
   return through;
 }
 
+double looked_at(const std::vector<OrientedPoint>& points, const std::vector<SightFan>& fans,
+                 const PlanarPose& T_fans_points) {
+  if (points.empty()) return 0;
+  std::size_t count = 0;
+  for (const OrientedPoint& p : points) {
+    const auto looks = [&](const SightFan& fan) {
+      const Eigen::Vector2d q = fan.T_anchor_scanner.inverse() * (T_fans_points * p.point);
+      return seen_at(fan, std::atan2(q.y(), q.x())) > 0;
+    };
+    count += std::any_of(fans.begin(), fans.end(), looks);
+  }
+  return static_cast<double>(count) / static_cast<double>(points.size());
+}
+
 std::vector<OrientedPoint> without(const std::vector<OrientedPoint>& points,
                                    const std::vector<bool>& came) {
   constexpr double kThing = 0.3;  // m

@@ -15,6 +15,11 @@ std::vector<bool> seen_through(const std::vector<OrientedPoint>& points,
                                const std::vector<SightFan>& fans, const PlanarPose& T_fans_points,
                                double margin);
 
+/// The share of points in whose bearing a fan has a return at all: what no fan looked at can be
+/// compared with nothing.
+double looked_at(const std::vector<OrientedPoint>& points, const std::vector<SightFan>& fans,
+                 const PlanarPose& T_fans_points);
+
 /// The points without those that `came`, and without what lies within 30 cm of these: their rims.
 std::vector<OrientedPoint> without(const std::vector<OrientedPoint>& points,
                                    const std::vector<bool>& came);
