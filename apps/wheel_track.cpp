@@ -35,12 +35,24 @@ bool stood(const Odometry& end, const Odometry& inner) {
 
 void WheelTrack::add(const Odometry& odometry) {
   if (!samples_.empty() && odometry.stamp <= samples_.back().stamp) return;
+  if (!samples_.empty()) {
+    constexpr double kSmoothing = 0.1, kMost = 2;  // of an interval; times the usual one
+    const double interval = odometry.stamp - samples_.back().stamp;
+    usual_ += usual_ > 0 ? kSmoothing * (std::min(interval, kMost * usual_) - usual_) : interval;
+  }
   const SE3& T = odometry.T_odom_body;
   moved_ = moved_ ||
            (!samples_.empty() && (T.translation() != samples_.back().T_odom_body.translation() ||
                                   T.so3().quaternion().coeffs() !=
                                       samples_.back().T_odom_body.so3().quaternion().coeffs()));
   samples_.push_back(odometry);
+}
+
+// Readers that give odometry at scans alone leave no hole between slow scans.
+bool WheelTrack::hole(const Odometry& before, const Odometry& after) const {
+  constexpr double kLong = 1, kUnusual = 4;  // s; times the usual interval
+  return is_hole(before.T_odom_body, after.T_odom_body, after.stamp - before.stamp,
+                 std::max(kLong, kUnusual * usual_));
 }
 
 std::optional<SE3> WheelTrack::at(Timestamp stamp) const {
@@ -61,8 +73,7 @@ std::optional<SE3> WheelTrack::at(Timestamp stamp) const {
     return after->T_odom_body;
   }
   const auto before = after - 1;
-  if (is_hole(before->T_odom_body, after->T_odom_body, after->stamp - before->stamp))
-    return std::nullopt;
+  if (hole(*before, *after)) return std::nullopt;
   return SE3::interpolate(before->T_odom_body, after->T_odom_body,
                           (stamp - before->stamp) / (after->stamp - before->stamp));
 }
@@ -74,9 +85,9 @@ std::optional<Increment> WheelTrack::between(Timestamp from, Timestamp to) const
   Odometry last{from, *start};
   const auto step = [&](const Odometry& next) {
     const SE3 T = last.T_odom_body.inverse() * next.T_odom_body;
-    const bool hole = is_hole(last.T_odom_body, next.T_odom_body, next.stamp - last.stamp);
     sum.covariance =
-        compose(sum.covariance, T, hole ? across_hole(model_, T) : increment_covariance(model_, T));
+        compose(sum.covariance, T,
+                hole(last, next) ? across_hole(model_, T) : increment_covariance(model_, T));
     sum.T_from_to = sum.T_from_to * T;
     last = next;
   };

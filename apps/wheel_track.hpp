@@ -43,7 +43,8 @@ class WheelTrack {
   void forget_before(Timestamp stamp);
   /// T_odom_body at a stamp. A body that stood still over the two samples at an end is taken to
   /// stand for kMaxGap beyond it. nullopt further out, beside an end at which it drove, and in a
-  /// hole: more than a second between two samples that are 5 cm or 3 degrees apart.
+  /// hole: more than a second and four usual intervals between two samples that are 5 cm or 3
+  /// degrees apart.
   std::optional<SE3> at(Timestamp stamp) const;
 
   static constexpr double kMaxGap = 0.5;  ///< s
@@ -51,13 +52,16 @@ class WheelTrack {
   /// For archives (models/archive.hpp).
   template <class A>
   friend void fields(A& a, WheelTrack& v) {
-    a(v.samples_, v.moved_);
+    a(v.samples_, v.moved_, v.usual_);
   }
 
  private:
+  bool hole(const Odometry& before, const Odometry& after) const;
+
   OdometryModel model_;
   std::deque<Odometry> samples_;
   bool moved_ = false;
+  double usual_ = 0;  ///< s between samples; 0: not known yet
 };
 
 }  // namespace lamina::apps

@@ -75,6 +75,18 @@ TEST(WheelTrack, SaysNothingInAHoleAndWhatWasDrivenAcrossIt) {
   EXPECT_NEAR(across->T_from_to.translation().x(), 2, 1e-12);
 }
 
+// Readers may give odometry at scans alone, and these may be seconds apart.
+TEST(WheelTrack, SlowSamplesLeaveNoHole) {
+  const auto at = [](double t) { return Timestamp::from_seconds(t); };
+  WheelTrack slow{OdometryModel{}}, fast{OdometryModel{}};
+  for (int i = 0; i < 5; ++i) slow.add(sample(2.5 * i, i));
+  for (int i = 0; i < 5; ++i) fast.add(sample(0.25 * i, i));
+  EXPECT_TRUE(slow.at(at(6)));
+  const auto over = slow.between(at(5), at(7.5)), same = fast.between(at(0.5), at(0.75));
+  ASSERT_TRUE(over && same);
+  EXPECT_NEAR((over->covariance - same->covariance).norm(), 0, 1e-12);
+}
+
 TEST(WheelTrack, ALeapIsNoWay) {
   WheelTrack track{OdometryModel{}};
   const auto at = [](double t) { return Timestamp::from_seconds(t); };
