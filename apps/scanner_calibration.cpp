@@ -18,7 +18,9 @@ std::string causes_of(const ScanCorrection& correction) {
   const auto add = [&text](const std::string& one) { text += (text.empty() ? "" : "; ") + one; };
   if (correction.mirrored)
     add("they turn against the wheels: reversed beam order (clockwise beams, an angle increment of "
-        "the wrong sign), or a scanner mounted upside down that is not said to be");
+        "the wrong sign), a scanner mounted upside down that is not said to be, or else odometry "
+        "with left and right wheels swapped, which looks the same: then the map is a mirror image, "
+        "and the wheels are to be put right");
   if (correction.aperture != 1)
     add(
         fmt::format("they turn by {:.2f} times what the wheels turn: the field of view is {:.2f} "

@@ -143,6 +143,8 @@ void read_lidar(const Reading& reading, LidarModel& lidar, std::vector<std::stri
   const YamlSection& section = reading.section;
   section.check_keys({"range_sigma", "angle_sigma", "T_body_lidar"});
   lidar.noise.range_sigma = section.number_or("range_sigma", kSigma, lidar.noise.range_sigma);
+  if (reading.whole && !section.has("range_sigma"))
+    remarks.push_back("lidar.range_sigma: " + default_range_sigma() + " was assumed");
   lidar.noise.angle_sigma = section.number_or("angle_sigma", kSigma, lidar.noise.angle_sigma);
   if (section.has("T_body_lidar")) {
     lidar.T_body_lidar = read_pose(section, "T_body_lidar", remarks);
@@ -195,6 +197,14 @@ std::string default_range_sigma() {
   std::ostringstream text;
   text << LidarNoise().range_sigma << " m";
   return text.str();
+}
+
+Warning place_assumed(const std::string& sensor, const std::string& why) {
+  return {
+      "mounting_assumed",
+      sensor + " was placed at the body's origin, facing ahead (" + why +
+          "): if it sits elsewhere, the path is that of the sensor, and odometry disagrees with "
+          "it in turns; --calibration FILE states where it sits"};
 }
 
 CalibrationOverlay::CalibrationOverlay() = default;

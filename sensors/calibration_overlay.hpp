@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include <lamina/models/warning.hpp>
 #include <lamina/sensors/calibration.hpp>
 
 namespace lamina {
@@ -14,6 +15,10 @@ class YamlSection;
 
 /// "0.01 m", for readers of what states none.
 std::string default_range_sigma();
+
+/// Warning "mounting_assumed" of a recording with odometry: `sensor` was placed at the body's
+/// origin; `why` nothing says where it sits.
+Warning place_assumed(const std::string& sensor, const std::string& why);
 
 /// A calibration.yaml that need not be whole. Only what it states counts; the rest stays as the
 /// recording has it.

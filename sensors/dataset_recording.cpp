@@ -103,8 +103,14 @@ void DatasetRecording::read_scans() {
   scans_file_.open(folder_ / "scans.csv", std::ios::binary);
   if (!calibration_.lidar) {
     calibration_.lidar = LidarModel();
-    remarks_.push_back("lidar: not in calibration.yaml; defaults at the body's origin are used");
+    calibration_.remarks.push_back("lidar: not in calibration.yaml: the body's origin was assumed");
   }
+  const auto assumed =
+      std::find_if(calibration_.remarks.begin(), calibration_.remarks.end(), [](const auto& text) {
+        return text.find("lidar") == 0 && text.find("origin was assumed") != std::string::npos;
+      });
+  if (assumed != calibration_.remarks.end() && !track_.empty())
+    warnings_.push_back(place_assumed("the scanner", *assumed));
 }
 
 void DatasetRecording::fail_missing_section(const char* section, const char* file) const {
@@ -318,7 +324,7 @@ std::optional<Measurement> DatasetRecording::read_scan(const ScanPlace& place) {
     return std::nullopt;
   }
   scan->stamp = place.stamp;
-  stream_.take_out_codes(scan->ranges);
+  stream_.correct(*scan);
   scan->lidar = *calibration_.lidar;
   return *std::move(scan);
 }

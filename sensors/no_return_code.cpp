@@ -15,7 +15,19 @@ NoReturnCode::NoReturnCode(const NoReturnOptions& options)
       scans_(readings_.size()),
       last_scan_(readings_.size()) {}
 
+bool NoReturnCode::moved(std::span<const float> ranges) const {
+  if (ranges.size() != counted_.size()) return true;
+  double sum = 0;
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    const double off = std::abs(static_cast<double>(ranges[i]) - static_cast<double>(counted_[i]));
+    if (off > 0) sum += std::min(off, 1.0);  // NaN: neither returned
+  }
+  return !(sum < options_.moved * static_cast<double>(ranges.size()));
+}
+
 void NoReturnCode::add(std::span<const float> ranges) {
+  if (!moved(ranges)) return;
+  counted_.assign(ranges.begin(), ranges.end());
   ++scan_count_;
   for (const float range : ranges) {
     if (!std::isfinite(range) || !(range > 0)) continue;
@@ -54,8 +66,7 @@ std::optional<double> NoReturnCode::code() const {
           static_cast<double>(beyond) <= options_.above * count &&
           static_cast<double>(before) <= options_.below * count &&
           static_cast<double>(scans) >= options_.scans * static_cast<double>(scan_count_);
-      if (!alone) return std::nullopt;
-      return static_cast<double>(begin) * options_.bin;
+      if (alone) return static_cast<double>(begin) * options_.bin;
     }
     beyond += readings_[end - 1];
     // Too much beyond for any peak that may follow.

@@ -197,16 +197,25 @@ void BagRecording::look_over_scans() {
   if (!sensor_frame_.empty()) scanner(sensor_frame_);
   source_->select({chosen_["scan"]});
   bag::Message message;
+  std::size_t count = 0;
   for (auto status = source_->next(message); status != bag::Source::Status::kEnd;
        status = source_->next(message)) {
     if (status != bag::Source::Status::kMessage || is_empty(message)) continue;
-    scans_.add(Timestamp::from_nanoseconds(message.stamp_ns), message.ranges,
-               static_cast<double>(message.range_min), static_cast<double>(message.range_max));
+    Scans& scans = scans_[frame_name(message.frame)];
+    scans.messages.push_back(++count);
+    scans.stream.add(Timestamp::from_nanoseconds(message.stamp_ns), message.ranges,
+                     static_cast<double>(message.range_min), static_cast<double>(message.range_max),
+                     static_cast<double>(message.time_increment) *
+                         static_cast<double>(message.ranges.size() - 1));
   }
-  scans_.finish(
-      [this](std::size_t i) { return chosen_["scan"] + " message " + std::to_string(i + 1); });
-  const auto& said = scans_.notes().remarks;
-  remarks_.insert(remarks_.end(), said.begin(), said.end());
+  for (auto& [frame, scans] : scans_) {
+    const auto place = [&, &messages = scans.messages](std::size_t i) {
+      return chosen_["scan"] + " message " + std::to_string(messages[i]);
+    };
+    scans.stream.finish(place, true);
+    const auto& said = scans.stream.notes().remarks;
+    remarks_.insert(remarks_.end(), said.begin(), said.end());
+  }
 }
 
 std::optional<SE3> BagRecording::T_body(const std::string& frame) {
@@ -214,6 +223,8 @@ std::optional<SE3> BagRecording::T_body(const std::string& frame) {
   if (unplaced_.insert(frame).second) {
     remarks_.push_back(bodies_.tree().missing_link(body_frame_, frame_name(frame)));
     assumed_.push_back("sensor of frame '" + frame + "' at the body's origin: " + remarks_.back());
+    if (!track_.empty())
+      warnings_.push_back(place_assumed("the sensor of frame '" + frame + "'", remarks_.back()));
   }
   return std::nullopt;
 }
@@ -245,8 +256,11 @@ void BagRecording::convert_scan(bag::Message& message) {
     skips_.add("empty scan");
     return;
   }
-  const auto used = scans_.stamp(scan_index_++);
+  Scans& scans = scans_[frame_name(message.frame)];
+  auto used = scans.stream.stamp(scans.next++);
   if (!used) return;
+  if (last_scan_ && *used == *last_scan_) used = *used + 1e-6;
+  last_scan_ = used;
   const auto step = static_cast<double>(message.angle_increment);
   if (beyond_one_turn(step, message.ranges.size())) {
     skips_.add(kSkipBeyondTurn, 1,
@@ -260,14 +274,11 @@ void BagRecording::convert_scan(bag::Message& message) {
   scan.range_min = std::isfinite(message.range_min) ? static_cast<double>(message.range_min) : 0;
   scan.range_max = std::isfinite(message.range_max) ? static_cast<double>(message.range_max) : 0;
   scan.ranges = std::move(message.ranges);
-  scans_.take_out_codes(scan.ranges);
-  // [ROS]: beam 0 is at the stamp. Drivers that state nonsense are taken to state nothing.
-  constexpr double kLongestSweep = 1;  // s
-  const double sweep =
-      static_cast<double>(message.time_increment) * static_cast<double>(scan.size() - 1);
-  if (sweep > 0 && sweep <= kLongestSweep) {
-    scan.time_increment = static_cast<double>(message.time_increment);
-  }
+  scans.stream.correct(scan);
+  // [ROS]: beam 0 is at the stamp.
+  const auto increment = static_cast<double>(message.time_increment);
+  const double sweep = increment * static_cast<double>(scan.size() - 1);
+  if (increment > 0 && scans.stream.sweep_can_be(sweep)) scan.time_increment = increment;
   scan.lidar = scanner(frame_name(message.frame));
   push_frame(std::move(scan));
 }

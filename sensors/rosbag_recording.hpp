@@ -69,13 +69,17 @@ class BagRecording final : public Recording {
     return {{"odometry", track_.stamps()}};
   }
   std::map<Timestamp, Timestamp> restamped() const override {
-    return chosen_.count("depth") > 0 ? std::map<Timestamp, Timestamp>() : scans_.restamped();
+    std::map<Timestamp, Timestamp> all;
+    if (chosen_.count("depth") > 0) return all;
+    for (const auto& [frame, scans] : scans_)
+      all.insert(scans.stream.restamped().begin(), scans.stream.restamped().end());
+    return all;
   }
   std::vector<std::string> remarks() const override { return remarks_; }
   std::vector<std::string> assumed() const override { return assumed_; }
   std::vector<Warning> warnings() const override {
-    std::vector<Warning> all = scans_.notes().warnings;
-    all.insert(all.end(), warnings_.begin(), warnings_.end());
+    std::vector<Warning> all = warnings_;
+    for (const auto& [frame, scans] : scans_) add_warnings(all, scans.stream.notes().warnings);
     if (auto found = saturated_.warning()) all.push_back(*std::move(found));
     return all;
   }
@@ -126,8 +130,14 @@ class BagRecording final : public Recording {
   ReorderBuffer buffer_;
   SkipCounts skips_;
   std::vector<std::string> remarks_, assumed_;
-  ScanStream scans_;
-  std::size_t scan_index_ = 0;
+  // Scanners of one topic may scan at the same instants: each frame is a stream of its own.
+  struct Scans {
+    ScanStream stream;
+    std::vector<std::size_t> messages;  // of the topic
+    std::size_t next = 0;
+  };
+  std::map<std::string, Scans> scans_;  // by frame
+  std::optional<Timestamp> last_scan_;
   std::set<std::string> unplaced_;
   std::int64_t expected_ = 0;
   bool done_ = false;

@@ -60,6 +60,22 @@ TEST(NoReturnCode, MayBeScattered) {
   EXPECT_EQ(returns.warning(*returns.code(), 0).id, "no_return_code");
 }
 
+// SICK's codes in centimetres: 8183 to 8191.
+TEST(NoReturnCode, MayBeSeveralRangesNearEachOther) {
+  std::mt19937 random(6);
+  NoReturnCode returns;
+  for (int k = 0; k < 100; ++k) {
+    auto ranges = scan_of(k, 0, random);
+    for (std::size_t i = 0; i < ranges.size(); i += 10) {
+      const float codes[] = {81.83f, 81.87f, 81.91f};
+      ranges[i] = codes[random() % 3];
+    }
+    returns.add(ranges);
+  }
+  ASSERT_TRUE(returns.code());
+  EXPECT_NEAR(*returns.code(), 81.83, 0.011);
+}
+
 // The far wall of a room in which the robot stands is where most returns are, and goes on beyond.
 TEST(NoReturnCode, AWallIsNone) {
   std::mt19937 random(3);
@@ -82,6 +98,51 @@ TEST(ScanStream, ScansPublishedTwiceAreUsedOnce) {
   ASSERT_EQ(stream.notes().warnings.size(), 1u);
   EXPECT_EQ(stream.notes().warnings[0].id, "scans_repeated");
   EXPECT_NE(stream.notes().warnings[0].text.find("first at scan 1:"), std::string::npos);
+}
+
+TEST(ScanStream, ASweepIsNoLongerThanTheIntervalOfScans) {
+  for (const double sweep : {0.1, 0.3}) {
+    std::mt19937 random(7);
+    ScanStream stream;
+    for (int k = 0; k < 50; ++k) stream.add(at(0.1 * k), scan_of(k, 0, random), 0, 30, sweep);
+    stream.finish([](std::size_t k) { return std::to_string(k); });
+    EXPECT_EQ(stream.sweep_can_be(sweep), sweep < 0.2);
+    EXPECT_EQ(stream.notes().warnings.size(), sweep < 0.2 ? 0u : 1u);
+  }
+}
+
+// Every fifth comes after the next: transport, not the clock.
+TEST(ScanStream, ScansThatCameLateKeepTheirStamps) {
+  for (const double set_back : {0.0, 0.13}) {
+    std::mt19937 random(9);
+    ScanStream stream;
+    std::vector<double> stamps;
+    for (int k = 0; k < 100; ++k) stamps.push_back(0.1 * k - (k > 50 ? set_back : 0));
+    for (std::size_t k = 5; set_back == 0 && k < 99; k += 5) std::swap(stamps[k], stamps[k + 1]);
+    for (const double stamp : stamps) stream.add(at(stamp), scan_of(0, 0, random), 0, 30);
+    stream.finish([](std::size_t k) { return std::to_string(k); }, true);
+    EXPECT_EQ(stream.stamp(10) == at(stamps[10]) && stream.stamp(60) == at(stamps[60]),
+              set_back == 0);
+  }
+}
+
+TEST(ScanStream, RangesInMillimetresOrCentimetresBecomeMetres) {
+  for (const float unit : {1.F, 100.F, 1000.F}) {
+    std::mt19937 random(8);
+    ScanStream stream;
+    LaserScan scan;
+    for (int k = 0; k < 50; ++k) {
+      scan.ranges = scan_of(k, 0, random);
+      for (float& range : scan.ranges) range *= unit;
+      scan.range_max = 12 * static_cast<double>(unit);
+      stream.add(at(0.1 * k), scan.ranges, 0, scan.range_max);
+    }
+    stream.finish([](std::size_t k) { return std::to_string(k); });
+    stream.correct(scan);
+    EXPECT_NEAR(scan.range_max, 12, 1e-6);
+    EXPECT_LT(scan.ranges[90], 10);
+    EXPECT_EQ(stream.notes().warnings.size(), unit == 1 ? 0u : 1u);
+  }
 }
 
 TEST(ScanStream, BurstsKeepTheirRecordedStampsAside) {
