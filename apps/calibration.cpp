@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lamina/apps/calibration_report.hpp>
 #include <lamina/apps/mounting_calibration.hpp>
 #include <lamina/apps/slopes.hpp>
 #include <lamina/apps/wheel_calibration.hpp>
@@ -21,12 +22,16 @@ constexpr double kDegree = M_PI / 180;
 void tell(const CorrectedMounting& one, io::Metrics& metrics) {
   const Eigen::Vector3d degrees = one.correction.rotation_body / kDegree;
   const Eigen::Vector3d cm = 100 * one.correction.translation_body;
-  spdlog::info(
-      "{} remounted by {}: turned by ({:+.2f}, {:+.2f}, {:+.2f}) deg, moved by ({:+.1f}, "
-      "{:+.1f}, {:+.1f}) cm",
-      one.sensor, one.told_by, degrees.x(), degrees.y(), degrees.z(), cm.x(), cm.y(), cm.z());
+  spdlog::info("corrected: {} mounting by {}", one.sensor, one.told_by);
+  const char* const turns[] = {"roll", "pitch", "yaw"};
   for (int k = 0; k < 3; ++k) {
     const char axis = "xyz"[k];
+    if (degrees(k) != 0)
+      report_change(fmt::format("{}.{}_error_deg", one.sensor, turns[k]), 0, -degrees(k),
+                    one.sigma_turn(k) / kDegree, metrics);
+    if (cm(k) != 0)
+      report_change(fmt::format("{}.{}_error_cm", one.sensor, axis), 0, -cm(k),
+                    100 * one.sigma_move(k), metrics);
     metrics.counts[fmt::format("{}_turned_{}_deg", one.sensor, axis)] += degrees(k);
     metrics.counts[fmt::format("{}_moved_{}_cm", one.sensor, axis)] += cm(k);
   }
@@ -37,6 +42,7 @@ struct ScanOnWay {
   const LaserScan& scan;
   std::optional<SE3> moved;  // by wheels, or where they never moved by matching; nullopt: unknown
   bool sure;                 // in all directions
+  bool finely;               // by wheels that were read several times in between
 };
 
 // Gives the scans of level scanners in turn, until `take` returns false.
@@ -56,11 +62,12 @@ void follow_level_scans(Recording& recording, const ScanOdometryOptions& options
       if (!scan || !is_level(scan->lidar.T_body_lidar, options.max_tilt)) continue;
       // A faster scanner's every scan says little more than every second one.
       if (last && !(scan->stamp - *last > kApart)) continue;
-      ScanOnWay on_way{*scan, std::nullopt, false};
+      ScanOnWay on_way{*scan, std::nullopt, false, false};
       if (wheels.moved()) {
         const auto way = last ? wheels.between(*last, scan->stamp) : std::nullopt;
         if (way) on_way.moved = way->T_from_to;
         on_way.sure = way.has_value();
+        on_way.finely = way && wheels.several_within(*last, scan->stamp);
       } else {
         const ScanMotion way = matching.process(*scan);
         if (way.status != ScanMotion::Status::kPredicted) on_way.moved = way.T_prev_curr_body;
@@ -88,11 +95,22 @@ std::optional<Eigen::Vector3d> correct_wheels(std::vector<Step>& steps,
   const WheelErrors::Vector sigma = found->errors.covariance.diagonal().cwiseSqrt();
   const double turned = found->cameras.rotation_body.z() / kDegree;
   const Eigen::Vector2d cm = 100 * found->cameras.translation_body.head<2>();
-  spdlog::info(
-      "wheels corrected by: scale {:+.4f} +- {:.4f}, drift {:+.3f} +- {:.3f} deg/m, turns "
-      "{:+.4f} +- {:.4f}; camera turned by {:+.2f} +- {:.2f} deg, moved by ({:+.1f}, {:+.1f}) cm",
-      value(0), sigma(0), value(1) / kDegree, sigma(1) / kDegree, value(2), sigma(2), turned,
-      sigma(3) / kDegree, cm.x(), cm.y());
+  const auto tell_one = [&](const char* parameter, double stated, int k, double unit) {
+    const Estimate one{parameter, stated, stated + value(k) / unit, sigma(k) / unit,
+                       found->adoption};
+    report(one, metrics);
+  };
+  tell_one("odometry.scale", 1, 0, 1);
+  tell_one("odometry.drift_deg_per_m", 0, 1, kDegree);
+  tell_one("odometry.turn_scale", 1, 2, 1);
+  tell_one("camera.yaw_error_deg", 0, 3, kDegree);
+  if (!found->adoption.adopted) return std::nullopt;
+  if (std::abs(value(0)) > WheelScale::kBound)
+    metrics.warn("wheel_scale",
+                 fmt::format("images have the way {:.0f} % longer than the wheels: no "
+                             "wheel is worn so far, check units and odometry; "
+                             "corrected, as nothing else tells the way",
+                             100 * value(0)));
   metrics.counts["wheel_scale_correction"] = value(0);
   metrics.counts["wheel_drift_correction_deg_per_m"] = value(1) / kDegree;
   metrics.counts["wheel_turn_correction"] = value(2);
@@ -130,9 +148,8 @@ std::optional<MountingCorrection> find_lean(Recording& recording,
 }
 
 void tell_sweep(const SweepFinder::Found& found, io::Metrics& metrics) {
-  spdlog::info("scanner's sweep by turns: {:+.1f} +- {:.1f} ms from first beam to last",
-               1000 * found.sweep, 1000 * found.sigma);
-  metrics.counts["scanner_sweep_ms"] = 1000 * found.sweep;
+  if (report({"lidar.sweep_s", 0, found.sweep, found.sigma, found.adoption}, metrics))
+    metrics.counts["scanner_sweep_ms"] = 1000 * found.sweep;
 }
 
 Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options,
@@ -142,7 +159,7 @@ Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options,
   follow_level_scans(recording, options, ended, [&](const ScanOnWay& on_way) {
     stated = on_way.scan.time_increment > 0;
     if (stated) return false;
-    watch.add(on_way.scan, on_way.moved);
+    watch.add(on_way.scan, on_way.moved, on_way.finely);
     return watch.wants_more();
   });
   if (stated) return {true, {}};
@@ -169,20 +186,29 @@ std::optional<WheelScale::Found> find_wheel_scale(Recording& recording, const Se
       const auto step = front_end.process(*measurement, of_look);
       if (!step || !step->scan_motion) continue;
       without = step->wheels_moved ? 0 : without + 1;
-      scale.add(step->wheels_moved, step->scan_motion->by_scans_alone);
+      scale.add(scan->stamp, step->wheels_moved, step->scan_motion->by_scans_alone);
     }
   } catch (const Error&) {  // the run itself comes to it, and says so
   }
   const auto found = scale.found();
-  if (ended() || !found || !WheelScale::stands_out(*found)) return std::nullopt;
+  if (ended() || !found) return std::nullopt;
   if (recording.calibration().depth_camera && !scale.beyond_noise(*found)) return std::nullopt;
   return found;
 }
 
-void tell_wheel_scale(const WheelScale::Found& found, io::Metrics& metrics) {
-  spdlog::info("wheels corrected by: scale {:+.4f} +- {:.4f}, told by scans over {:.0f} m",
-               found.scale, found.sigma, found.way);
-  metrics.counts["wheel_scale_correction"] = found.scale;
+bool tell_wheel_scale(const WheelScale::Found& found, bool without, io::Metrics& metrics) {
+  // Of the wheels themselves, and not by chance.
+  const double bound = WheelScale::kBound * std::abs(1 + found.scale) + 2 * found.sigma;
+  const Estimate estimate{"odometry.scale", 1, 1 + found.scale, found.sigma, found.adoption, bound};
+  const bool within = report(estimate, metrics, "wheel_scale",
+                             without ? "the map is made by scans alone, without the wheels"
+                                     : "taken out all the same, as scans do not hold the path");
+  const bool used = found.adoption.adopted && (within || !without);
+  for (io::CalibrationEntry& entry : metrics.calibration) {
+    if (entry.parameter == estimate.parameter) entry.adopted = used;
+  }
+  if (used) metrics.counts["wheel_scale_correction"] = found.scale;
+  return used;
 }
 
 WheelTrack all_wheels(Recording& recording, const std::function<bool()>& ended) {

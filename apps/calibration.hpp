@@ -34,9 +34,10 @@ std::optional<MountingCorrection> find_lean(Recording& recording,
 struct Sweep {
   bool stated = false;                      ///< scans say it themselves
   std::optional<SweepFinder::Found> found;  ///< by turns; nullopt: scans fit as they are
+  bool adopted() const { return found && found->adoption.adopted; }
 };
 
-/// Says what was found, in the log and in metrics.json.
+/// Says what was found and whether it counts, in the log and in metrics.json.
 void tell_sweep(const SweepFinder::Found& found, io::Metrics& metrics);
 
 /// A first look over the scans of a level scanner, for its sweep. `recording` is used up.
@@ -44,13 +45,14 @@ Sweep find_sweep(Recording& recording, const ScanOdometryOptions& options,
                  const std::function<bool()>& ended);
 
 /// A first look over the scans of level scanners on wheels, for the wheels' scale (WheelScale),
-/// until that is told; nullopt where it does not stand out. `told` has been told all else of the
-/// scanners. `recording` is used up.
+/// until that is told; nullopt where it cannot be, or beside a camera matters less than the wheels'
+/// noise. `told` has been told all else of the scanners. `recording` is used up.
 std::optional<WheelScale::Found> find_wheel_scale(Recording& recording, const Settings& settings,
                                                   const FrontEnd& told,
                                                   const std::function<bool()>& ended);
-/// Log and counts.
-void tell_wheel_scale(const WheelScale::Found& found, io::Metrics& metrics);
+/// Log and counts; true where it is to be taken out. `without`: beyond its bound the map is made
+/// without the wheels.
+bool tell_wheel_scale(const WheelScale::Found& found, bool without, io::Metrics& metrics);
 
 /// All odometry of a recording: what a scan's beams went through comes after its stamp.
 /// `recording` is used up.

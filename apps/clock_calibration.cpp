@@ -1,13 +1,12 @@
 // One look over scans and odometry, one over the images taken where turns begin and end.
 #include <lamina/apps/clock_calibration.hpp>
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <cmath>
 #include <string>
 
 #include <lamina/apps/calibration.hpp>
+#include <lamina/apps/calibration_report.hpp>
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/image_turns.hpp>
 #include <lamina/models/error.hpp>
@@ -117,8 +116,7 @@ FoundClocks look_at(const Look& look) {
 
 void tell(const char* sensor, double offset, double sigma, double& stamps, io::Metrics& metrics) {
   if (offset == 0) return;
-  spdlog::info("{}'s stamps are {} by {:.1f} +- {:.1f} ms, by turns: corrected", sensor,
-               offset < 0 ? "late" : "early", std::abs(1000 * offset), 1000 * sigma);
+  report_change(std::string(sensor) + ".delay_s", -stamps, -stamps - offset, sigma, metrics);
   stamps += offset;
   metrics.counts[std::string(sensor) + "_clock_ms"] += 1000 * offset;
 }

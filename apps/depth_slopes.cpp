@@ -4,9 +4,11 @@
 #include <spdlog/spdlog.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
+#include <cmath>
 #include <variant>
 
+#include <lamina/apps/block_maps.hpp>
+#include <lamina/apps/calibration_report.hpp>
 #include <lamina/apps/mounting_calibration.hpp>
 #include <lamina/apps/wheel_calibration.hpp>
 #include <lamina/apps/wheel_prior.hpp>
@@ -53,74 +55,40 @@ std::vector<Step> less(const DepthErrors& errors, const std::vector<Step>& steps
   return corrected;
 }
 
-// 1-sigma of slopes and constant (1/m) and of the focal length: wide where the estimate `loose`
-// says that they stand out of zero, else as usual.
-Eigen::Vector4d expected(const DepthErrors& loose, const Eigen::Vector3d& usual) {
-  constexpr double kToldSlopes = 25;   // chi-squared of two
-  constexpr double kToldConstant = 4;  // sigmas
-  constexpr double kToldFocal = 5;     // likewise
-  Eigen::Vector4d sigmas;
-  sigmas << usual, 0;
-  const Eigen::Vector2d slopes = loose.value.segment<2>(kSlopes);
-  const Eigen::Matrix2d covariance = loose.covariance.block<2, 2>(kSlopes, kSlopes);
-  if (slopes.dot(covariance.inverse() * slopes) > kToldSlopes) sigmas.head<2>().setConstant(kSlope);
-  const auto in_sigmas = [&](int error) {
-    return std::abs(loose.value(error)) / std::sqrt(loose.covariance(error, error));
+// 1-sigma of slopes and constant (1/m) and of the focal length, by what blocks left out say.
+Eigen::Vector4d adopted(const std::vector<QuadraticBlock>& blocks, const Eigen::Vector2d& place,
+                        const Eigen::Vector3d& usual, FoundDepthErrors& found) {
+  const Eigen::Vector4d held = Eigen::Vector4d::Zero();
+  const auto judged = [&](const Eigen::Vector4d& stated, const Eigen::Vector4d& asked) {
+    return judge(blocks, prior_of(place, stated), prior_of(place, asked));
   };
-  if (in_sigmas(kOffset) > kToldConstant) sigmas.z() = kConstant;
-  if (in_sigmas(kLength) > kToldFocal) sigmas.w() = kFocal;
-  return sigmas;
-}
-
-}  // namespace
-
-std::optional<DepthErrors> depth_errors_of(const std::vector<Step>& steps,
-                                           const MapperOptions& options,
-                                           const Eigen::Vector3d& usual,
-                                           const std::function<bool()>& ended) {
-  constexpr double kStays = 1;  // chi-squared of what a pass adds
-  if (steps.empty()) return std::nullopt;
-  const Eigen::Vector2d place = camera_place(steps);
-  DepthErrors all;
-  Eigen::Vector4d camera(kSlope, kSlope, kConstant, kFocal);
-  for (int pass = 0; pass < kMostPasses; ++pass) {
-    const std::vector<Step> now = less(all, steps);
-    const Graph graph = quick_map(now, all.wheels(), options, ended);
-    if (ended()) return std::nullopt;
-    const SE3& T_body_camera = now.front().observations.T_body_sensor;
-    const auto estimate = [&] {
-      return estimate_depth_errors(graph, T_body_camera, prior_of(place, camera), all.value);
-    };
-    auto more = estimate();
-    if (pass == 0 && more) {
-      camera = expected(*more, usual);
-      more = estimate();
-    }
-    if (!more) return std::nullopt;
-    const double chi2 = more->value.dot(more->covariance.ldlt().solve(more->value));
-    all = {all.value + more->value, more->covariance};
-    if (chi2 < kStays) break;
+  Eigen::Vector4d camera = held, slopes = held;
+  slopes << kSlope, kSlope, kConstant, 0;
+  Eigen::Vector4d focal(0, 0, 0, kFocal);
+  JudgedBlocks tilted = judged(held, slopes);
+  if (!tilted.adoption.adopted && !usual.isZero()) {
+    slopes << usual, 0;
+    tilted = judged(held, slopes);
   }
-  return all;
+  found.slopes = tilted.adoption;
+  if (found.slopes.adopted) camera = slopes;
+  const JudgedBlocks length = judged(camera, camera + focal);
+  found.focal = length.adoption;
+  if (length.value.size() == 0) return camera;
+  found.alone << tilted.value.segment<2>(kSlopes), length.value(kLength);
+  found.sigma << tilted.covariance.diagonal().segment<2>(kSlopes).cwiseSqrt(),
+      std::sqrt(length.covariance(kLength, kLength));
+  if (found.focal.adopted && std::abs(found.alone.z()) <= kFocalBound) camera += focal;
+  return camera;
 }
 
-std::optional<DepthDistortion> find_depth_slopes(Recording& recording, const Settings& settings,
-                                                 const DepthDistortion& distortion,
-                                                 const std::optional<TiltedStart>& start,
-                                                 io::Metrics& metrics,
-                                                 const std::function<bool()>& ended) {
+// Up to 600 of a recording's images as steps; empty where no wheels told their motions.
+std::vector<Step> steps_of(Recording& recording, FrontEnd& front_end,
+                           std::optional<DepthFrame>& first, const std::function<bool()>& ended) {
   constexpr std::size_t kMost = 600, kLeast = 30;  // images
   constexpr double kEvery = 0.15;                  // s
-  // 1-sigma of what is left of slopes (edge to edge) and constant, over the rms of the bend. Planes
-  // tell a bend but for these; right angles and the floor tell part of them.
-  constexpr double kSlopeOfBend = 1, kConstantOfBend = 0.2;
-  if (!recording.calibration().odometry.planar) return std::nullopt;
-  FrontEnd front_end(settings, recording.calibration());
-  front_end.correct_depth(distortion);
-  if (start) front_end.begin_tilted(*start);
   io::Metrics aside;
   std::vector<Step> steps;
-  std::optional<DepthFrame> first;
   std::optional<Timestamp> last;
   try {
     while (!ended() && steps.size() < kMost) {
@@ -137,38 +105,101 @@ std::optional<DepthDistortion> find_depth_slopes(Recording& recording, const Set
       if (!step) continue;
       step->obstacles.reset();
       steps.push_back(std::move(*step));
-      if (steps.size() == kLeast && !front_end.met_wheels()) return std::nullopt;
+      if (steps.size() == kLeast && !front_end.met_wheels()) return {};
     }
   } catch (const Error&) {  // the run itself comes to it, and says so
   }
-  if (ended() || steps.size() < kLeast || !front_end.met_wheels()) return std::nullopt;
+  if (ended() || steps.size() < kLeast || !front_end.met_wheels()) return {};
+  return steps;
+}
+
+// `px`: pixels of disparity a slope of one makes across and down. Leaves in `found` what counts.
+void tell(FoundDepthErrors& found, const CameraModel& camera, const Eigen::Vector2d& px,
+          io::Metrics& metrics) {
+  const double fx = camera.fx;
+  double& focal = found.value(kLength);
+  const double shown = focal == 0 || !found.focal.adopted ? found.alone.z() : focal;
+  const Estimate length{"depth_camera.fx_px", fx,          fx / (1 + shown),
+                        fx * found.sigma.z(), found.focal, kFocalBound * fx};
+  if (report(
+          length, metrics, "focal_length",
+          "not corrected: another image size, a depth scale or a body that pitches is likelier")) {
+    metrics.counts["depth_focal_px"] = fx / (1 + focal);
+  } else {
+    focal = 0;
+  }
+  const char* const names[] = {"across", "down"};
+  for (int k = 0; k < 2; ++k) {
+    const double slope = found.slopes.adopted ? found.value(kSlopes + k) : found.alone(k);
+    const Estimate one{std::string("depth_camera.slope_") + names[k] + "_px", 0, px(k) * slope,
+                       px(k) * found.sigma(k), found.slopes};
+    if (report(one, metrics))
+      metrics.counts[std::string("depth_slope_") + names[k] + "_px"] = px(k) * slope;
+  }
+}
+
+}  // namespace
+
+std::optional<FoundDepthErrors> depth_errors_of(const std::vector<Step>& steps,
+                                                const MapperOptions& options,
+                                                const Eigen::Vector3d& usual,
+                                                const std::function<bool()>& ended) {
+  constexpr double kStays = 1;  // chi-squared of what a pass adds
+  if (steps.empty()) return std::nullopt;
+  const Eigen::Vector2d place = camera_place(steps);
+  FoundDepthErrors all;
+  const SE3 T_body_stated = steps.front().observations.T_body_sensor;
+  const Matrix wide = prior_of(place, {kSlope, kSlope, kConstant, kFocal});
+  const auto blocks = evidence_by_blocks(
+      steps, options,
+      [&](const Graph& graph) -> std::optional<QuadraticBlock> {
+        const auto one = estimate_depth_errors(graph, T_body_stated, wide, Vector::Zero());
+        if (!one) return std::nullopt;
+        return without_prior(one->value, one->covariance, wide);
+      },
+      ended);
+  const Eigen::Vector4d camera = adopted(blocks, place, usual, all);
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    const std::vector<Step> now = less(all, steps);
+    const Graph graph = quick_map(now, all.wheels(), options, ended);
+    if (ended()) return std::nullopt;
+    const SE3& T_body_camera = now.front().observations.T_body_sensor;
+    const auto more =
+        estimate_depth_errors(graph, T_body_camera, prior_of(place, camera), all.value);
+    if (!more) return std::nullopt;
+    const double chi2 = more->value.dot(more->covariance.ldlt().solve(more->value));
+    all.value += more->value;
+    all.covariance = more->covariance;
+    if (chi2 < kStays) break;
+  }
+  return all;
+}
+
+std::optional<DepthDistortion> find_depth_slopes(Recording& recording, const Settings& settings,
+                                                 const DepthDistortion& distortion,
+                                                 const std::optional<TiltedStart>& start,
+                                                 io::Metrics& metrics,
+                                                 const std::function<bool()>& ended) {
+  // 1-sigma of what is left of slopes (edge to edge) and constant, over the rms of the bend. Planes
+  // tell a bend but for these; right angles and the floor tell part of them.
+  constexpr double kSlopeOfBend = 1, kConstantOfBend = 0.2;
+  if (!recording.calibration().odometry.planar) return std::nullopt;
+  FrontEnd front_end(settings, recording.calibration());
+  front_end.correct_depth(distortion);
+  if (start) front_end.begin_tilted(*start);
+  std::optional<DepthFrame> first;
+  const std::vector<Step> steps = steps_of(recording, front_end, first, ended);
+  if (steps.empty()) return std::nullopt;
   const CameraModel& camera = first->camera.camera;
   const double fb = first->camera.noise.focal_baseline;
   const Eigen::Vector2d px(fb * first->width() / camera.fx, fb * first->height() / camera.fy);
   const double bend = distortion.rms();
   Eigen::Vector3d usual;
   usual << kSlopeOfBend * bend * px.cwiseInverse(), kConstantOfBend * bend / fb;
-  const auto found = depth_errors_of(steps, settings.mapper, usual, ended);
+  auto found = depth_errors_of(steps, settings.mapper, usual, ended);
   if (!found) return std::nullopt;
-  const Eigen::Vector2d slopes = found->value.segment<2>(kSlopes);
-  const double across = px.x() * slopes.x(), down = px.y() * slopes.y();
-  const double focal = found->value(kLength);
-  const bool slope = slopes.norm() > 10 * kHeld, length = std::abs(focal) > 10 * kHeld;
-  if (!slope && !length) return std::nullopt;
-  if (slope) {
-    spdlog::info(
-        "depth images slope by {:+.2f} px of disparity across and {:+.2f} px down: taken out",
-        across, down);
-    metrics.counts["depth_slope_across_px"] = across;
-    metrics.counts["depth_slope_down_px"] = down;
-  }
-  if (length) {
-    const double is = camera.fx / (1 + focal);
-    spdlog::info(
-        "the depth camera's focal length is {:.1f} +- {:.1f} px, stated are {:.1f}: corrected", is,
-        is * std::sqrt(found->covariance(kLength, kLength)), camera.fx);
-    metrics.counts["depth_focal_px"] = is;
-  }
+  tell(*found, camera, px, metrics);
+  if (!found->slopes.adopted && !found->focal.adopted) return std::nullopt;
   DepthDistortion with_slopes = distortion;
   with_slopes.add(found->camera(), *first);
   return with_slopes;

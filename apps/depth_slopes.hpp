@@ -7,19 +7,31 @@
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/settings.hpp>
 #include <lamina/backend/depth_errors.hpp>
+#include <lamina/models/adoption.hpp>
 #include <lamina/sensors/recording.hpp>
 
 namespace lamina::apps {
 
+/// What was found, and whether blocks left out (evidence_by_blocks) fit better with it.
+struct FoundDepthErrors : DepthErrors {
+  Adoption slopes, focal;
+  /// As the blocks have them, adopted or not: slopes (1/m), focal length (share), and sigmas.
+  Eigen::Vector3d alone = Eigen::Vector3d::Zero(), sigma = Eigen::Vector3d::Zero();
+};
+/// Focal lengths that are stated at all are no further off; beyond, it is something else: of
+/// another image size, a scale of the depth, a body that pitches.
+inline constexpr double kFocalBound = 0.05;
+
 /// Maps steps of wheels and images of one depth camera and estimates what errors both have in
 /// common over all of them (DepthErrors), goes on with steps so corrected until the estimate stays.
-/// `usual`: 1-sigma (1/m) of slopes and constant that do not stand out at first, about zero; zero
-/// holds them there, as it does a focal length that does not stand out. nullopt where steps do not
-/// tell: no plane, no motion, or `ended` returned true.
-std::optional<DepthErrors> depth_errors_of(const std::vector<Step>& steps,
-                                           const MapperOptions& options,
-                                           const Eigen::Vector3d& usual,
-                                           const std::function<bool()>& ended);
+/// Slopes and focal length are each free where adopted (the focal length within its bound), else
+/// held at zero; slopes and constant first with the 1-sigma `usual` (1/m) of what is smaller, where
+/// that is not zero and adopted. nullopt where steps do not tell: no plane, no motion, or `ended`
+/// returned true.
+std::optional<FoundDepthErrors> depth_errors_of(const std::vector<Step>& steps,
+                                                const MapperOptions& options,
+                                                const Eigen::Vector3d& usual,
+                                                const std::function<bool()>& ended);
 
 /// A look over the first minutes of a recording whose wheels and depth camera tell it:
 /// `distortion`, which is taken out of images, with the slopes and the focal length they have

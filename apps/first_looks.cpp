@@ -79,7 +79,7 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
     const auto timer = metrics.time("clocks");
     input.recording.reset();
     const std::optional<double> found =
-        sweep.found ? std::optional(sweep.found->sweep) : std::nullopt;
+        sweep.adopted() ? std::optional(sweep.found->sweep) : std::nullopt;
     const bool corrected = correct_clocks(input.clocks, input.open_reclocked, settings, found,
                                           front_end.depth_distortion(), metrics, input.ended);
     input.recording = input.open_again();
@@ -91,12 +91,10 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
   for (int round = 0; round < kRounds && look_for_clocks(); ++round) {
     early.reset();
     look_for_sweep();
-    if (!sweep.found) break;
+    if (!sweep.adopted()) break;
   }
-  if (sweep.found) {
-    tell_sweep(*sweep.found, metrics);
-    front_end.set_sweep(sweep.found->sweep);
-  }
+  if (sweep.found) tell_sweep(*sweep.found, metrics);
+  if (sweep.adopted()) front_end.set_sweep(sweep.found->sweep);
   std::optional<TiltedStart> start;
   const auto look_at_start = [&] {
     if (!settings.floor.self_calibrate || !depth || !planar) return;
@@ -121,7 +119,7 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
     tell_start(*start, metrics);
     front_end.begin_tilted(*start);
   }
-  if (sweep.found || sweep.stated) {
+  if (sweep.adopted() || sweep.stated) {
     early.reset();
     look("scanner_sweep",
          [&](Recording& all) { front_end.look_ahead(all_wheels(all, input.ended)); });
@@ -144,8 +142,14 @@ void look_ahead(const Rereadable& input, FrontEnd& front_end) {
          [&](Recording& all) { scale = find_wheel_scale(all, settings, front_end, input.ended); });
   }
   if (!scale) return;
-  tell_wheel_scale(*scale, metrics);
-  front_end.begin_wheels(*scale);
+  // Scans that hold (nearly) all of the path bear the map without wheels that are plainly wrong.
+  constexpr double kHeld = 0.95;
+  const bool without = scale->held >= kHeld;
+  if (tell_wheel_scale(*scale, without, metrics)) {
+    front_end.begin_wheels(*scale);
+  } else if (scale->adoption.adopted && without) {
+    front_end.leave_wheels();
+  }
 }
 
 }  // namespace lamina::apps

@@ -59,6 +59,7 @@ FrontEnd::FrontEnd(const Settings& settings, const Calibration& calibration)
     : planar_(calibration.odometry.planar),
       wheels_(calibration.odometry),
       wheels_ahead_(calibration.odometry),
+      learned_(settings.calibrate_wheels),
       floor_(floor_options(settings, planar_)),
       obstacles_(scan_options(settings)),
       segments_(settings.segments, tracking_of(settings, calibration)),
@@ -73,7 +74,7 @@ void FrontEnd::begin_tilted(const TiltedStart& start) {
 
 std::optional<Step> FrontEnd::process(const Measurement& measurement, io::Metrics& metrics) {
   if (const auto* odometry = std::get_if<Odometry>(&measurement)) {
-    wheels_.add(*odometry);
+    if (!without_wheels_) wheels_.add(*odometry);
     return std::nullopt;
   }
   if (const auto* scan = std::get_if<LaserScan>(&measurement)) {
@@ -248,7 +249,7 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
   step.T_start_body = T_start_body;
   step.scan = std::move(scan);
   if (level) step.scan_motion = motion;
-  learned_.add(wheels, motion.by_scans_alone);
+  learned_.add(*last_scan_, wheels, motion.by_scans_alone);
   return step;
 }
 

@@ -94,6 +94,9 @@ class FrontEnd {
   void look_ahead(WheelTrack wheels) { wheels_ahead_ = std::move(wheels); }
   /// What is known of the wheels' scale; before the first measurement.
   void begin_wheels(const WheelScale::Found& found) { learned_.begin(found.scale, found.sigma); }
+  /// Wheels that contradict the scans and themselves: as if there were none; before the first
+  /// measurement.
+  void leave_wheels() { without_wheels_ = true; }
   /// A first look by scans alone, which know what `other` was told of scanners: along a corridor,
   /// too, they tell the way as well as they can.
   void look_by_scans(const FrontEnd& other);
@@ -143,7 +146,8 @@ class FrontEnd {
            T_start_image, image_velocity, skipped, ground_returns, last_slope, last_two_slopes,
            slopes_seen, knocks, last_sight, since_image, lifted_since_scan, ever_lifted,
            follow_slopes, images_beside_wheels, sweep_watch, scans_tell_scale, scan_left,
-           range_noise, scanner_noise, depth_noise, optical, floors, range_check, met_last] = v;
+           range_noise, scanner_noise, depth_noise, optical, floors, range_check, met_last,
+           without_wheels] = v;
     static_cast<void>(follow_slopes);         // of the mode
     static_cast<void>(images_beside_wheels);  // likewise
     static_cast<void>(distortion);            // of the recording, before it is mapped
@@ -154,6 +158,7 @@ class FrontEnd {
     static_cast<void>(wheels_ahead);          // of the recording, before it is mapped
     static_cast<void>(scans_tell_scale);      // of such a look
     static_cast<void>(obstacles);             // keeps buffers alone
+    static_cast<void>(without_wheels);        // of the recording, before it is mapped
     a(depth_seen, first_step, first_floor_map, levelled_by_image, wheels, learned, met, images,
       segments, scan_odometry, T_start_body, last_step, last_told, last_scan, T_start_scan_body,
       since_scan, scan_step, scan_interval, last_image, T_start_image, skipped, ground_returns,
@@ -285,6 +290,7 @@ class FrontEnd {
     }
   };
   std::optional<Met> met_last_;
+  bool without_wheels_ = false;
 };
 
 }  // namespace lamina::apps

@@ -47,12 +47,14 @@ void FrontEnd::watch_sweep(const LaserScan& measured, const std::optional<Increm
   if (!sweep_watch_ || sweep_watch_->done() || measured.time_increment > 0) return;
   const auto timer = metrics.time("scanner_sweep");
   std::optional<SE3> moved;
+  bool finely = false;
   if (wheels) {
     moved = wheels->T_from_to;
+    finely = last_scan_ && wheels_.several_within(*last_scan_, measured.stamp);
   } else if (last_scan_ && motion.status == ScanMotion::Status::kTracked) {
     moved = motion.T_prev_curr_body;
   }
-  sweep_watch_->add(measured, moved);
+  sweep_watch_->add(measured, moved, finely);
   const auto found = sweep_watch_->found_on_the_way();
   if (!found) return;
   tell_sweep(*found, metrics);

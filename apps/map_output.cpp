@@ -50,6 +50,7 @@ void MapOutput::add(const Step& step, const AddResult& added) {
   if (!step.motion_known) ++metrics.counts["steps_with_unknown_motion"];
   note_open_way(step);
   wheel_path.add(step);
+  mountings.add(step);
   note_tracking(step.observations.stamp, step.tracking_lost);
   if (added.loop_closed) ++metrics.counts["loops"];
   if (step.scan) keep({*step.scan, false});

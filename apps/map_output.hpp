@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include <lamina/apps/calibration_found.hpp>
 #include <lamina/apps/combined_scan.hpp>
 #include <lamina/apps/front_end.hpp>
 #include <lamina/apps/ground_votes.hpp>
@@ -44,6 +45,7 @@ class MapOutput {
   io::Metrics metrics;
   WindowLog window;
   WheelPath wheel_path;
+  MountingsUsed mountings;
   const std::filesystem::path& folder() const { return folder_; }
 
   /// Keeps the step's scan for scans.csv and the occupancy grid.

@@ -355,6 +355,8 @@ int run_map(const MapRequest& request) {
   output.metrics.counts["checkpoints"] = static_cast<double>(checkpoint.saves());
   if (front_end.met_wheels()) output.wheel_path.tell(front_end.wheel_errors_left(), output.metrics);
   front_end.tell_scanner_noise(output.metrics);
+  io::write_atomically(request.output / "calibration_found.yaml",
+                       calibration_found(output.mountings.over(sensors), output.metrics));
   partial = !output.write(mapper, request.online) || partial;
   if (request.online && !live && !partial)
     warn_of_scanner(*run.open_again(), settings, ended, output.metrics);

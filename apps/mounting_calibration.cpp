@@ -3,7 +3,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 
 #include <lamina/frontend/odometry/matched_pieces.hpp>
@@ -70,25 +69,21 @@ MountingError error_of(const std::vector<PairedMotion>& pieces, const SE3& T_new
 }
 
 std::optional<MountingCorrection> by_travel(const MountingError& error) {
-  constexpr double kStandsOut = 3.5;           // sigmas
   constexpr double kLeast = 0.5 * M_PI / 180;  // wheels, too, are mounted no better
   const auto found = error.heading();
-  if (!found || std::abs(found->value) < std::max(kLeast, kStandsOut * found->sigma))
-    return std::nullopt;
+  if (!found || !found->adoption.adopted || std::abs(found->value) < kLeast) return std::nullopt;
   return MountingCorrection{{0, 0, -found->value}, Eigen::Vector3d::Zero()};
 }
 
 std::optional<MountingCorrection> by_turns(const MountingError& error) {
-  constexpr double kStandsOut = 13.8;  // chi-squared of 2 dof, one in a thousand
-  constexpr double kLeast = 0.005;     // m: wheels turn about no finer a point
+  constexpr double kLeast = 0.005;  // m: wheels turn about no finer a point
   // Beyond what the estimate's own prior holds possible it is no error but another frame: wheels
   // that turn about another point than the body's origin.
   constexpr double kMost = 3 * MountingError::kPlacePrior;
   const auto found = error.place();
-  if (!found) return std::nullopt;
-  const double chi2 = found->value.dot(found->covariance.inverse() * found->value);
+  if (!found || !found->adoption.adopted) return std::nullopt;
   const double off = found->value.norm();
-  if (chi2 < kStandsOut || off < kLeast) return std::nullopt;
+  if (off < kLeast) return std::nullopt;
   if (off > kMost) {
     spdlog::warn(
         "scanner sits ({:+.1f}, {:+.1f}) cm from where turns of the wheels have it: more than "
@@ -148,7 +143,11 @@ void relate_cameras(std::vector<Step>& steps, std::vector<CorrectedMounting>& al
     for (Step& step : steps) {
       if (is_seen_by(step, kind)) remount(step, found->correction);
     }
-    all.push_back({"camera", "walls the scanner sees", found->correction});
+    all.push_back({"camera",
+                   "walls the scanner sees",
+                   found->correction,
+                   {0, 0, found->sigma(0)},
+                   {found->sigma(1), found->sigma(2), 0}});
   }
 }
 

@@ -17,6 +17,8 @@ struct CorrectedMounting {
   std::string sensor;   ///< "scanner" or "camera"
   std::string told_by;  ///< what told it
   MountingCorrection correction;
+  /// 1-sigma (rad, m), zero where none was told.
+  Eigen::Vector3d sigma_turn = Eigen::Vector3d::Zero(), sigma_move = Eigen::Vector3d::Zero();
 };
 
 /// What was corrected, and what wheels say of the level scanner's mounting as it is then.

@@ -1,4 +1,7 @@
 // The table itself: keys, members, meanings.
+#include <algorithm>
+#include <array>
+
 #include <lamina/apps/preset.hpp>
 #include <lamina/apps/setting_ranges.hpp>
 #include <lamina/apps/settings.hpp>
@@ -13,6 +16,30 @@ namespace {
 #define LAMINA_ROW_DEG(key, member, comment) \
   row_deg(                                   \
       key, [](Settings & s) -> auto& { return s.member; }, comment)
+
+// One switch for all that a recording may correct of its sensors: off, it switches off each of
+// them; on, each is as its own setting says.
+Setting self_calibration_row() {
+  const auto all = [](auto& s) {
+    return std::array{&s.find_clocks,      &s.find_sweep,          &s.calibrate_depth,
+                      &s.calibrate_wheels, &s.calibrate_mountings, &s.floor.self_calibrate};
+  };
+  return {"self_calibration.enabled",
+          "correct by the recording what is stated of its sensors: scan duration, clocks, wheels, "
+          "extrinsics, lens, focal length; false: lidar.find_sweep, clocks.find, depth.calibrate, "
+          "wheels.calibrate, mountings.calibrate and floor.self_calibrate are all false",
+          [all](const Settings& s) {
+            const auto flags = all(s);
+            return text::write(
+                std::any_of(flags.begin(), flags.end(), [](const bool* on) { return *on; }));
+          },
+          [all](Settings& s, const std::string& from) {
+            bool on = true;
+            text::read(from, on);
+            if (on) return;
+            for (bool* flag : all(s)) *flag = false;
+          }};
+}
 
 std::vector<Setting> general_rows() {
   return {
@@ -29,6 +56,7 @@ std::vector<Setting> general_rows() {
       LAMINA_ROW("robot.radius_m", robot.radius, "m, of the circle that holds its outline"),
       LAMINA_ROW("robot.max_step_m", robot.max_step, "m, largest step its wheels climb"),
       LAMINA_ROW_DEG("robot.max_slope_deg", robot.max_slope, "degrees, steepest slope it drives"),
+      self_calibration_row(),
       LAMINA_ROW(
           "lidar.sweep_s", sweep,
           "s from a scan's first beam to its last where the recording does not say (ROS bags "
@@ -134,10 +162,10 @@ std::vector<Setting> segment_rows() {
                  "1-sigma of stated headings of sensors: in planes' sigmas, nowhere else"),
       LAMINA_ROW("mountings.sigma_place_m", mounting_sigma_place_m,
                  "m; 1-sigma of their stated places across the floor, likewise"),
-      LAMINA_ROW(
-          "wheels.calibrate", calibrate_wheels,
-          "offline: a first look by scans tells the wheels' scale; without scans a first map of "
-          "images scale and drift"),
+      LAMINA_ROW("wheels.calibrate", calibrate_wheels,
+                 "a first look by scans tells the wheels' scale, without scans a first map of "
+                 "images scale "
+                 "and drift; on the way scans go on to tell them"),
       LAMINA_ROW("wheels.images", images_beside_wheels,
                  "without a scanner: depth images tell motions better than wheels, which may slip"),
       LAMINA_ROW("slopes.follow", follow_slopes,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include <lamina/apps/block_maps.hpp>
 #include <lamina/apps/mounting_calibration.hpp>
 #include <lamina/apps/wheel_prior.hpp>
 #include <lamina/backend/mapper.hpp>
@@ -57,6 +58,28 @@ Graph quick_map(const std::vector<Step>& steps, const Vector& errors, const Mapp
   return mapper.graph();
 }
 
+namespace {
+
+// Of the errors that `prior` leaves free, against none.
+Adoption adoption_of(const std::vector<Step>& steps, const MapperOptions& options,
+                     const WheelPrior& prior, const std::function<bool()>& ended) {
+  constexpr double kHeld = 1e-5;  // a sigma
+  using Matrix = WheelErrors::Matrix;
+  const Matrix asked = prior.information();
+  const Matrix held = Matrix::Identity() / (kHeld * kHeld);
+  const auto blocks = evidence_by_blocks(
+      steps, options,
+      [&asked](const Graph& graph) -> std::optional<QuadraticBlock> {
+        const auto one = estimate_wheel_errors(graph, asked);
+        if (!one) return std::nullopt;
+        return without_prior(one->value, one->covariance, asked);
+      },
+      ended);
+  return judge(blocks, held, asked).adoption;
+}
+
+}  // namespace
+
 std::optional<WheelCalibration> calibrate_wheels(std::vector<Step>& steps,
                                                  const MapperOptions& options, bool remounting,
                                                  const std::function<bool()>& ended) {
@@ -74,18 +97,20 @@ std::optional<WheelCalibration> calibrate_wheels(std::vector<Step>& steps,
       return estimate_wheel_errors(graph, prior.information(), all.value);
     };
     const auto more = pass == 0 ? prior.settle(estimate, kTold) : estimate();
-    if (!more || (pass == 0 && more->significance() < prior.free())) return std::nullopt;
+    if (!more) return std::nullopt;
     all = {all.value + more->value, more->covariance};
     if (more->significance() < kStays) break;
   }
   const MountingCorrection moved = prior.correction(all.value);
+  const Adoption adoption = adoption_of(steps, options, prior, ended);
+  if (!adoption.adopted) return WheelCalibration{all, moved, adoption};
   Vector of_wheels = all.value;
   of_wheels.tail<3>().setZero();
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (i > 0) steps[i].motion.T_from_to = corrected_motion(steps[i], of_wheels);
     remount(steps[i], moved);
   }
-  return WheelCalibration{all, moved};
+  return WheelCalibration{all, moved, adoption};
 }
 
 }  // namespace lamina::apps

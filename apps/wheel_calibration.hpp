@@ -9,6 +9,7 @@
 #include <lamina/backend/mapper_options.hpp>
 #include <lamina/backend/wheel_errors.hpp>
 #include <lamina/frontend/segments/mounting_correction.hpp>
+#include <lamina/models/adoption.hpp>
 
 namespace lamina::apps {
 
@@ -35,15 +36,16 @@ Graph quick_map(const std::vector<Step>& steps, const WheelErrors::Vector& error
 struct WheelCalibration {
   WheelErrors errors;
   MountingCorrection cameras;
+  Adoption adoption;  ///< not adopted: steps are as they were
 };
 
 /// Maps the steps, estimates scale, drift and turn scale of the wheels, and heading and place of
 /// the cameras against their direction of travel and the point they turn about, with the refined
-/// graph, and goes on with motions so corrected until the estimate stays. Where the errors stand
-/// out from what chance gives, motions and mountings of `steps` are replaced;
-/// nullopt, and steps as they were, where they do not. Mountings stay
-/// without `remounting`, and where several kinds of camera share them: who of them errs is not
-/// told. `ended` returning true stops early.
+/// graph, and goes on with motions so corrected until the estimate stays. Where blocks left out
+/// (evidence_by_blocks) fit better with them, motions and mountings of `steps` are replaced;
+/// nullopt, and steps as they were, where there is nothing to tell. Mountings stay without
+/// `remounting`, and where several kinds of camera share them: who of them errs is not told.
+/// `ended` returning true stops early.
 std::optional<WheelCalibration> calibrate_wheels(std::vector<Step>& steps,
                                                  const MapperOptions& options, bool remounting,
                                                  const std::function<bool()>& ended);

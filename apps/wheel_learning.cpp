@@ -1,7 +1,7 @@
 // Pieces of the way, and a Kalman filter of three states over them.
 #include <lamina/apps/wheel_learning.hpp>
 
-#include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include <lamina/apps/wheel_piece.hpp>
@@ -12,17 +12,17 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 constexpr double kScale = 0.05, kDrift = 0.5 * kDegree, kTurnScale = 0.05;  // at first, 1-sigma
-constexpr double kWalk = 0.01;                          // of those sigmas, a piece
-constexpr double kScanTurn = 0.004;                     // rad: of a piece's two ends by scans
-constexpr double kLeastTurn = 0.1;                      // rad of a piece: less is its noise
-constexpr double kGate = 3;                             // sigmas
-constexpr double kStandsOut = 16, kAloneStandsOut = 9;  // chi-squared of 3 dof, of one
+constexpr double kWalk = 0.01;       // of those sigmas, a piece
+constexpr double kScanTurn = 0.004;  // rad: of a piece's two ends by scans
+constexpr double kLeastTurn = 0.1;   // rad of a piece: less is its noise
+constexpr double kGate = 3;          // sigmas
 
 Eigen::Vector3d first_sigmas() { return {kScale, kDrift, kTurnScale}; }
 
 }  // namespace
 
-WheelLearning::WheelLearning() : covariance_(first_sigmas().cwiseAbs2().asDiagonal()) {}
+WheelLearning::WheelLearning(bool enabled)
+    : covariance_(first_sigmas().cwiseAbs2().asDiagonal()), enabled_(enabled) {}
 
 void WheelLearning::begin(double scale, double sigma) {
   errors_(0) = scale;
@@ -30,45 +30,62 @@ void WheelLearning::begin(double scale, double sigma) {
   scale_known_ = true;
 }
 
-void WheelLearning::add(const std::optional<Increment>& by_wheels,
+void WheelLearning::add(Timestamp stamp, const std::optional<Increment>& by_wheels,
                         const std::optional<SE3>& by_scans) {
+  if (!enabled_) return;
   if (by_wheels && by_scans) {
     piece_.add(by_wheels->T_from_to, *by_scans);
     noise_ += by_wheels->covariance;
     if (!is_whole(piece_)) return;
-    compare();
+    compare(stamp);
   }
   piece_ = {};
   noise_.setZero();
 }
 
-void WheelLearning::compare() {
+void WheelLearning::compare(Timestamp stamp) {
+  const auto block =
+      static_cast<std::int64_t>(std::floor(stamp.seconds() / AdoptionOptions().block_s));
+  if (block != block_) {
+    if (scale_gain_) scale_gains_.add(*scale_gain_);
+    if (turn_gain_) turn_gains_.add(*turn_gain_);
+    scale_gain_.reset();
+    turn_gain_.reset();
+    block_ = block;
+  }
   covariance_.diagonal() += (kWalk * first_sigmas()).cwiseAbs2();
   const double yaw = piece_.scans.so3().yaw();
   const double turned = std::remainder(yaw - piece_.wheels.so3().yaw(), 2 * M_PI);
   const double turn = std::abs(yaw) < kLeastTurn ? 0 : yaw;
-  hear(turned, std::hypot(std::sqrt(noise_(5, 5)), kScanTurn), {0, piece_.way, turn});
+  turn_gain_ = turn_gain_.value_or(0) +
+               hear(turned, std::hypot(std::sqrt(noise_(5, 5)), kScanTurn), {0, piece_.way, turn});
   const auto lengths = lengths_of(piece_);
   if (!lengths) return;
-  hear(lengths->scans - lengths->wheels, std::hypot(std::sqrt(noise_(0, 0)), kScanShift),
-       {lengths->wheels, 0, 0});
+  scale_gain_ = scale_gain_.value_or(0) + hear(lengths->scans - lengths->wheels,
+                                               std::hypot(std::sqrt(noise_(0, 0)), kScanShift),
+                                               {lengths->wheels, 0, 0});
 }
 
-void WheelLearning::hear(double value, double sigma, const Eigen::Vector3d& gradient) {
+double WheelLearning::hear(double value, double sigma, const Eigen::Vector3d& gradient) {
   const Eigen::Vector3d PH = covariance_ * gradient;
   const double variance = gradient.dot(PH) + sigma * sigma;
   const double innovation = value - gradient.dot(errors_);
-  if (innovation * innovation > kGate * kGate * variance) return;
+  const auto cost = [sigma](double off) {
+    return std::min(kTruncated, off * off / (sigma * sigma));
+  };
+  const double gain = cost(value) - cost(innovation);
+  if (innovation * innovation > kGate * kGate * variance) return gain;
   errors_ += PH * (innovation / variance);
   covariance_ -= PH * PH.transpose() / variance;
   covariance_ = (0.5 * (covariance_ + covariance_.transpose())).eval();
+  return gain;
 }
 
 // 1 for errors that are taken out, 0 for the others.
 Eigen::Vector3d WheelLearning::used() const {
-  const bool all = errors_.dot(covariance_.inverse() * errors_) >= kStandsOut;
-  const bool alone = errors_(0) * errors_(0) >= kAloneStandsOut * covariance_(0, 0);
-  return {all || alone || scale_known_ ? 1.0 : 0.0, all ? 1.0 : 0.0, all ? 1.0 : 0.0};
+  const bool scale = scale_known_ || scale_adoption().adopted;
+  const bool turns = turn_adoption().adopted;
+  return {scale ? 1.0 : 0.0, turns ? 1.0 : 0.0, turns ? 1.0 : 0.0};
 }
 
 Eigen::Vector3d WheelLearning::left() const {

@@ -111,6 +111,13 @@ std::optional<Vector6d> WheelTrack::velocity(Timestamp from, Timestamp to) const
   return Vector6d((at(begin)->inverse() * *at(end)).log() / (end - begin));
 }
 
+bool WheelTrack::several_within(Timestamp from, Timestamp to) const {
+  const auto within = [&](const Odometry& sample) {
+    return sample.stamp > from && sample.stamp < to;
+  };
+  return std::count_if(samples_.begin(), samples_.end(), within) > 1;
+}
+
 void WheelTrack::forget_before(Timestamp stamp) {
   while (samples_.size() > 2 && samples_[1].stamp <= stamp) samples_.pop_front();
 }

@@ -39,6 +39,8 @@ class WheelTrack {
   /// The mean velocity of the body (right tangent, m/s and rad/s) from one stamp to a later one, or
   /// over as long a time that ends with the newest sample; nullopt without samples for it.
   std::optional<Vector6d> velocity(Timestamp from, Timestamp to) const;
+  /// Several samples lie between these stamps.
+  bool several_within(Timestamp from, Timestamp to) const;
   /// Forgets samples that no later question from `stamp` on needs.
   void forget_before(Timestamp stamp);
   /// T_odom_body at a stamp. A body that stood still over the two samples at an end is taken to

@@ -2,6 +2,7 @@
 #include <lamina/backend/depth_errors.hpp>
 
 #include <array>
+#include <cmath>
 
 #include <lamina/backend/shared_errors.hpp>
 
@@ -10,7 +11,15 @@ namespace {
 
 constexpr int kWheels = DepthErrors::kWheels, kLevel = DepthErrors::kLevel;
 constexpr int kOfPlanes = DepthErrors::kLevel + DepthErrors::kCamera;
+constexpr int kFocal = kOfPlanes - 1;
 constexpr double kDelta = 1e-4;  // of an error, for differences
+
+// Swells of a floor tilt and lift a body that is taken to stay level, as a longer lens would have
+// it: walls alone tell the focal length.
+bool is_ground(const Graph& graph, const PlaneMomentsFactor& f) {
+  constexpr double kUpright = 0.9;  // cosine
+  return std::abs(graph.at(f.plane).plane_map().normal().z()) > kUpright;
+}
 
 // Points, corrected, are (I + sum of errors times these) times measured ones.
 using Generators = std::array<Eigen::Matrix4d, kOfPlanes>;
@@ -46,8 +55,11 @@ Graph with_errors(const Graph& graph, const Generators& generators, const Eigen:
   Eigen::Matrix4d A = Eigen::Matrix4d::Identity();
   for (int k = 0; k < kOfPlanes; ++k)
     A += errors(kWheels + k) * generators[static_cast<std::size_t>(k)];
+  const Eigen::Matrix4d of_ground =
+      A - errors(kWheels + kFocal) * generators[static_cast<std::size_t>(kFocal)];
   for (PlaneMomentsFactor& f : changed.plane_moments) {
-    const auto moments = Moments::from_homogeneous(A * f.moments_body.homogeneous() * A.transpose(),
+    const Eigen::Matrix4d& B = is_ground(graph, f) ? of_ground : A;
+    const auto moments = Moments::from_homogeneous(B * f.moments_body.homogeneous() * B.transpose(),
                                                    f.moments_body.count());
     if (moments) f.moments_body = *moments;
   }
@@ -80,6 +92,7 @@ std::optional<DepthErrors> estimate_depth_errors(const Graph& graph, const SE3& 
     Eigen::Matrix<double, 4, kOfPlanes> j;
     for (int k = 0; k < kOfPlanes; ++k)
       j.col(k) = generators[static_cast<std::size_t>(k)].transpose() * p;
+    if (is_ground(graph, f)) j.col(kFocal).setZero();
     const Eigen::Matrix4d M = f.weight * f.moments_body.homogeneous();
     model.C.bottomRightCorner<kOfPlanes, kOfPlanes>() += j.transpose() * M * j;
     model.g.tail<kOfPlanes>() += j.transpose() * M * p;

@@ -44,6 +44,7 @@ std::vector<PairedMotion> MatchedPieces::pieces() const {
     if (!match.converged || match.unknown_directions > 0 || match.matched < kMatched) continue;
     all.push_back(piece.moved);
     all.back().scans = lifted(match.T_map_scan);
+    all.back().stamp = piece.to->stamp;
   }
   return all;
 }

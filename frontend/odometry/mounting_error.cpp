@@ -15,7 +15,8 @@ namespace {
 constexpr double kTurns = 0.3, kTravels = 0.2;      // rad, m: what a piece tells by
 constexpr double kBySlip = 0.02, kByMatch = 0.005;  // m per sqrt(m), m: relative weights
 constexpr int kLeastTravelling = 20, kLeastTurning = 6;
-constexpr double kOutlier = 2.5;  // sigmas
+constexpr double kOutlier = 2.5;                          // sigmas
+constexpr double kHeadingPrior = 0.2, kScalePrior = 0.1;  // rad, 1: wide
 constexpr int kRounds = 6;
 constexpr std::size_t kStretches = 10;
 
@@ -34,6 +35,7 @@ void MountingError::add(const PairedMotion& piece) {
   row.d = scans.translation() - t;
   row.sigma = std::sqrt(kBySlip * kBySlip * piece.way + kByMatch * kByMatch);
   rows_.push_back(row);
+  for (int k = 0; k < 2; ++k) blocks_.add(piece.stamp, row.A.row(k), row.d(k), row.sigma);
   travelling_ += t.norm() > kTravels;
   turning_ += std::abs(scans.yaw) > kTurns;
 }
@@ -77,18 +79,27 @@ MountingError::Estimate MountingError::estimate() const {
   return result;
 }
 
+// Whether data left out fit better with these of psi, s and c than without, all else free.
+Adoption MountingError::adoption(const std::vector<int>& asked,
+                                 const std::vector<int>& beside) const {
+  const Eigen::Vector4d prior(kHeadingPrior, kScalePrior, kPlacePrior, kPlacePrior);
+  const auto found = blocks_.solve(prior, asked, beside);
+  return found ? found->adoption : Adoption();
+}
+
 std::optional<MountingError::Heading> MountingError::heading() const {
   if (travelling_ < kLeastTravelling) return std::nullopt;
   const Estimate found = estimate();
   const double variance =
       std::max({found.covariance(0, 0), found.by_stretches(0, 0), found.by_slip(0, 0)});
-  return Heading{found.value(0), std::sqrt(variance)};
+  return Heading{found.value(0), std::sqrt(variance), adoption({0}, {1, 2, 3})};
 }
 
 std::optional<MountingError::Place> MountingError::place() const {
   if (turning_ < kLeastTurning) return std::nullopt;
   const Estimate found = estimate();
-  return Place{found.value.tail<2>(), found.covariance.bottomRightCorner<2, 2>()};
+  return Place{found.value.tail<2>(), found.covariance.bottomRightCorner<2, 2>(),
+               adoption({2, 3}, {0, 1})};
 }
 
 MountingEvidence MountingError::evidence() const {

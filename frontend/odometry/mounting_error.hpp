@@ -8,6 +8,7 @@
 
 #include <lamina/frontend/odometry/paired_motion.hpp>
 #include <lamina/frontend/segments/mounting_evidence.hpp>
+#include <lamina/models/block_evidence.hpp>
 
 namespace lamina {
 
@@ -29,10 +30,12 @@ class MountingError {
   /// a slip of 0.02 m per sqrt(m) does (few pieces may agree by chance).
   struct Heading {
     double value = 0, sigma = 0;
+    Adoption adoption;
   };
   struct Place {
     Eigen::Vector2d value = Eigen::Vector2d::Zero();  ///< c: to be taken off the stated place
     Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+    Adoption adoption;
   };
   /// nullopt for fewer than 20 pieces that travel 0.2 m or more.
   std::optional<Heading> heading() const;
@@ -54,7 +57,10 @@ class MountingError {
   };
   Estimate estimate() const;
 
+  Adoption adoption(const std::vector<int>& asked, const std::vector<int>& beside) const;
+
   std::vector<Row> rows_;
+  BlockEvidence<4> blocks_;
   int travelling_ = 0, turning_ = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <lamina/models/lie/se3.hpp>
+#include <lamina/models/timestamp.hpp>
 
 namespace lamina {
 
@@ -12,6 +13,7 @@ namespace lamina {
 struct PairedMotion {
   SE3 wheels, scans;
   double way = 0, turn = 0;  ///< m, rad
+  Timestamp stamp;           ///< of its end, where it is known
 
   void add(const SE3& by_wheels, const SE3& by_scans) {
     wheels = wheels * by_wheels;

@@ -16,10 +16,12 @@ constexpr double kRates = 0.25;                // rad/s that two scans' turn rat
 constexpr double kNext = 0.1;                  // rad or m between pairs
 constexpr double kFit = 0.05;                  // m; further off is no fit, however far
 constexpr double kLongest = 0.2;               // s: slower scanners are not built
-constexpr std::size_t kLeastPairs = 20, kGroups = 10, kShots = 60, kIntervals = 200;
-constexpr std::size_t kCoarsePairs = 50;  // tell which of the sweeps tried is nearest
+constexpr std::size_t kLeastPairs = 20, kShots = 60, kIntervals = 200;
+constexpr std::int64_t kMostOfABlock = 20;  // pairs: those that are kept are of ten blocks at least
+constexpr std::size_t kCoarsePairs = 50;    // tell which of the sweeps tried is nearest
 constexpr int kRounds = 8;
-constexpr double kStep = 1e-4, kLeast = 0.01, kSigmas = 5;  // s; shorter sweeps hardly matter
+constexpr double kSamplesPerFact = LineMatchOptions().samples_per_fact;
+constexpr double kStep = 1e-4, kLeast = 0.01;  // s; shorter sweeps hardly matter
 
 std::vector<OrientedPoint> points_of(const LaserScan& scan, double sweep,
                                      const Vector6d& velocity) {
@@ -47,10 +49,12 @@ Eigen::Vector2d by_sweep(const Eigen::Vector2d& p, const LaserScan& scan, const 
   return share * Eigen::Vector2d(v(0) - v(5) * p.y(), v(1) + v(5) * p.x());
 }
 
+double block_of(Timestamp stamp) { return std::floor(stamp.seconds() / AdoptionOptions().block_s); }
+
 }  // namespace
 
 void SweepFinder::add(const LaserScan& scan, const PlanarPose& T_start_body,
-                      const Vector6d& velocity) {
+                      const Vector6d& velocity, const Vector6d& acceleration) {
   if (!wants_more() || scan.time_increment > 0 || scan.size() < 2) return;
   if (last_stamp_ && scan.stamp > *last_stamp_) {
     if (intervals_.size() < kIntervals) intervals_.push_back(scan.stamp - *last_stamp_);
@@ -59,12 +63,16 @@ void SweepFinder::add(const LaserScan& scan, const PlanarPose& T_start_body,
   std::erase_if(near_, [&](const Shot& shot) {
     return (shot.T_start_body.translation() - T_start_body.translation()).norm() > kApart;
   });
-  const Shot now{scan, T_start_body, velocity};
+  const Shot now{scan, T_start_body, velocity, acceleration};
   const auto far = [&](const PlanarPose& a) {
     const PlanarPose moved = a.inverse() * T_start_body;
     return moved.translation().norm() > kNext || std::abs(moved.yaw) > kNext;
   };
-  if (!last_pair_ || far(*last_pair_)) {
+  const auto same_block = [&scan](const Pair& pair) {
+    return block_of(pair.turning.scan.stamp) == block_of(scan.stamp);
+  };
+  const bool room = std::count_if(pairs_.begin(), pairs_.end(), same_block) < kMostOfABlock;
+  if (room && (!last_pair_ || far(*last_pair_))) {
     const Shot* best = nullptr;
     double most = kRates;
     for (const Shot& shot : near_) {
@@ -88,12 +96,34 @@ void SweepFinder::add(const LaserScan& scan, const PlanarPose& T_start_body,
   near_.push_back(now);
 }
 
+struct SweepFinder::Laid {
+  PointMap map;
+  std::vector<OrientedPoint> points;
+  LineMatch match;
+  // The still scan's point that belongs to one of the turning scan's; nullptr where none is near.
+  const OrientedPoint* partner(const OrientedPoint& p) const {
+    if (!p.oriented()) return nullptr;
+    const PlanarPose& T = match.T_map_scan;
+    return map.nearest(T * p.point, T.rotation() * p.normal, LineMatchOptions().end_radius);
+  }
+  // What they are apart along the still one's normal.
+  double apart(const OrientedPoint& p, const OrientedPoint& q) const {
+    return q.normal.dot(match.T_map_scan * p.point - q.point);
+  }
+};
+
+SweepFinder::Laid SweepFinder::lay(const Pair& pair, double sweep) {
+  Laid laid{PointMap(points_of(pair.still.scan, sweep, pair.still.mean_velocity(sweep))),
+            points_of(pair.turning.scan, sweep, pair.turning.mean_velocity(sweep)),
+            {}};
+  laid.match = match_lines(laid.map, laid.points,
+                           pair.still.T_start_body.inverse() * pair.turning.T_start_body);
+  return laid;
+}
+
 // Mean square of what points are off, truncated.
-double SweepFinder::cost(const Pair& pair, double sweep) const {
-  const PointMap map(points_of(pair.still.scan, sweep, pair.still.velocity));
-  const auto points = points_of(pair.turning.scan, sweep, pair.turning.velocity);
-  const PlanarPose start = pair.still.T_start_body.inverse() * pair.turning.T_start_body;
-  const LineMatch match = match_lines(map, points, start);
+double SweepFinder::cost(const Pair& pair, double sweep) {
+  const LineMatch match = lay(pair, sweep).match;
   const double fit = std::min(match.rms, kFit);
   return match.matched * fit * fit + (1 - match.matched) * kFit * kFit;
 }
@@ -104,33 +134,28 @@ double SweepFinder::cost(double sweep, std::size_t every) const {
   return sum;
 }
 
-SweepFinder::Pull SweepFinder::pull(const Pair& pair, double sweep) const {
+SweepFinder::Pull SweepFinder::pull(const Pair& pair, double sweep) {
   constexpr double kMatched = 0.5, kLoose = 0.3;  // m, rad: how far the pose may go beside it
-  const PointMap map(points_of(pair.still.scan, sweep, pair.still.velocity));
-  const auto points = points_of(pair.turning.scan, sweep, pair.turning.velocity);
-  const LineMatchOptions options;
-  const LineMatch match = match_lines(
-      map, points, pair.still.T_start_body.inverse() * pair.turning.T_start_body, {}, options);
-  if (!match.converged || match.matched < kMatched) return {};
-  const PlanarPose& T = match.T_map_scan;
-  const Eigen::Matrix2d R = T.rotation();
+  const Laid laid = lay(pair, sweep);
+  if (!laid.match.converged || laid.match.matched < kMatched) return {};
+  const Vector6d v_turning = pair.turning.mean_velocity(sweep);
+  const Vector6d v_still = pair.still.mean_velocity(sweep);
+  const Eigen::Matrix2d R = laid.match.T_map_scan.rotation();
   Eigen::Matrix4d H = Eigen::Matrix4d::Zero();
   Eigen::Vector4d b = Eigen::Vector4d::Zero();
   H.diagonal().head<3>().setConstant(1 / (kLoose * kLoose));
-  for (const OrientedPoint& p : points) {
-    if (!p.oriented()) continue;
-    const OrientedPoint* q = map.nearest(T * p.point, R * p.normal, options.end_radius);
+  for (const OrientedPoint& p : laid.points) {
+    const OrientedPoint* q = laid.partner(p);
     if (!q) continue;
     const Eigen::Vector2d n = R.transpose() * q->normal;
-    const double e = q->normal.dot(T * p.point - q->point);
+    const double e = laid.apart(p, *q);
     const double variance = p.sigma * p.sigma + q->sigma * q->sigma;
-    const double weight = 1 / (variance * (1 + e * e / (4 * variance)));
-    const Eigen::Vector4d J(
-        n.x(), n.y(), n.y() * p.point.x() - n.x() * p.point.y(),
-        n.dot(by_sweep(p.point, pair.turning.scan, pair.turning.velocity)) -
-            q->normal.dot(by_sweep(q->point, pair.still.scan, pair.still.velocity)));
-    H += weight / options.samples_per_fact * J * J.transpose();
-    b -= weight / options.samples_per_fact * e * J;
+    const double weight = 1 / (variance * (1 + e * e / (4 * variance))) / kSamplesPerFact;
+    const Eigen::Vector4d J(n.x(), n.y(), n.y() * p.point.x() - n.x() * p.point.y(),
+                            n.dot(by_sweep(p.point, pair.turning.scan, v_turning)) -
+                                q->normal.dot(by_sweep(q->point, pair.still.scan, v_still)));
+    H += weight * J * J.transpose();
+    b -= weight * e * J;
   }
   const Eigen::Vector3d shared = H.topLeftCorner<3, 3>().ldlt().solve(H.topRightCorner<3, 1>());
   return {H(3, 3) - shared.dot(H.topRightCorner<3, 1>()), b(3) - shared.dot(b.head<3>())};
@@ -148,35 +173,80 @@ double SweepFinder::coarse(double longest) const {
   return best;
 }
 
-// Gauss-Newton; the sigma by leaving out one group of pairs after the other.
+std::vector<double> SweepFinder::misfits(const Laid& laid) {
+  constexpr double kNone = 1000;
+  std::vector<double> result;
+  for (const OrientedPoint& p : laid.points) {
+    if (!p.oriented()) continue;
+    const OrientedPoint* q = laid.partner(p);
+    result.push_back(q ? std::abs(laid.apart(p, *q)) / std::hypot(p.sigma, q->sigma) : kNone);
+  }
+  return result;
+}
+
+// `left_out`: the sweep by all blocks but one, for each of them.
+Adoption SweepFinder::judge(double sweep, const std::vector<double>& left_out) const {
+  constexpr double kMedian = 0.6745;  // of |normal| of variance 1
+  std::vector<double> all;
+  for (const Pair& pair : pairs_) {
+    for (const double off : misfits(lay(pair, sweep))) all.push_back(off);
+  }
+  if (all.empty()) return {};
+  const double noise = std::max(1e-3, usual(std::move(all)) / kMedian);
+  const auto squares = [noise](const Pair& pair, double at) {
+    double sum = 0;
+    for (const double off : misfits(lay(pair, at)))
+      sum += std::min(kTruncated, off * off / (noise * noise));
+    return sum / kSamplesPerFact;
+  };
+  std::vector<double> gains(left_out.size(), 0);
+  Blocks blocks;
+  for (const Pair& pair : pairs_) {
+    const auto k = static_cast<std::size_t>(blocks.of(pair.turning.scan.stamp));
+    gains[k] += squares(pair, 0) - squares(pair, left_out[k]);
+  }
+  // Half as many blocks do where each of them alone gains what is asked of all: a robot may turn
+  // seldom, and pairs of scans share no errors but within a turn.
+  AdoptionOptions options;
+  const bool each = std::all_of(gains.begin(), gains.end(),
+                                [&options](double gain) { return gain > options.least_gain; });
+  if (each) options.least_blocks /= 2;
+  return lamina::judge(gains, options);
+}
+
+// Gauss-Newton; the sigma by leaving out one block after the other.
 std::optional<SweepFinder::Found> SweepFinder::found() const {
   if (pairs_.size() < kLeastPairs || intervals_.empty()) return std::nullopt;
   const double longest = std::min(usual(intervals_), kLongest);
-  Found result{coarse(longest), 0};
-  std::vector<Pull> groups;
+  Found result{coarse(longest), 0, {}};
+  std::vector<double> left_out;
   for (int round = 0; round < kRounds; ++round) {
-    groups.assign(kGroups, {});
+    Blocks blocks;
+    std::vector<Pull> of_blocks;
     Pull all;
-    for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      const Pull one = pull(pairs_[i], result.sweep);
-      groups[i * kGroups / pairs_.size()] += one;
+    for (const Pair& pair : pairs_) {
+      const Pull one = pull(pair, result.sweep);
+      const auto k = static_cast<std::size_t>(blocks.of(pair.turning.scan.stamp));
+      if (k == of_blocks.size()) of_blocks.emplace_back();
+      of_blocks[k] += one;
       all += one;
     }
     if (!(all.information > 0)) return std::nullopt;
     const double step = all.gradient / all.information;
-    result.sweep = std::clamp(result.sweep + step, -longest, longest);
-    double squares = 0;
-    for (const Pull& group : groups) {
-      const double left = all.information - group.information;
-      const double without = left > 0 ? (all.gradient - group.gradient) / left : 0;
-      squares += (without - step) * (without - step);
+    left_out.clear();
+    for (const Pull& block : of_blocks) {
+      const double left = all.information - block.information;
+      const double without = left > 0 ? (all.gradient - block.gradient) / left : 0;
+      left_out.push_back(std::clamp(result.sweep + without, -longest, longest));
     }
-    const double n = static_cast<double>(kGroups);
-    result.sigma = std::sqrt((n - 1) / n * squares);
+    result.sweep = std::clamp(result.sweep + step, -longest, longest);
     if (std::abs(step) < kStep) break;
   }
-  const bool stands_out = std::abs(result.sweep) > std::max(kLeast, kSigmas * result.sigma);
-  if (!stands_out || !(cost(result.sweep) < cost(0))) return std::nullopt;
+  result.sigma = jackknife_sigma(left_out);
+  if (std::abs(result.sweep) < kLeast) return std::nullopt;
+  result.adoption = judge(result.sweep, left_out);
+  const double least = student_quantile(static_cast<double>(left_out.size()) - 1);
+  if (std::abs(result.sweep) < least * result.sigma) result.adoption.adopted = false;
   return result;
 }
 

@@ -7,6 +7,7 @@
 
 #include <lamina/frontend/odometry/planar.hpp>
 #include <lamina/frontend/odometry/scan_points.hpp>
+#include <lamina/models/adoption.hpp>
 #include <lamina/models/lie/se3.hpp>
 #include <lamina/sensors/laser_scan.hpp>
 
@@ -22,17 +23,20 @@ class SweepFinder {
  public:
   struct Found {
     double sweep = 0;  ///< s from a scan's first beam to its last; negative: the last comes first
-    double sigma = 0;  ///< s, from groups of pairs left out in turn
+    double sigma = 0;  ///< s, from blocks of pairs left out in turn
+    Adoption adoption;
   };
 
   /// `T_start_body`: planar pose of the body, near enough to lay scans of the last metre onto each
-  /// other; `velocity` at the scan's stamp (right tangent, m/s and rad/s).
-  void add(const LaserScan& scan, const PlanarPose& T_start_body, const Vector6d& velocity);
+  /// other; `velocity` at the scan's stamp (right tangent, m/s and rad/s) and how it changes.
+  void add(const LaserScan& scan, const PlanarPose& T_start_body, const Vector6d& velocity,
+           const Vector6d& acceleration = Vector6d::Zero());
   /// False once more scans would change nothing.
   bool wants_more() const { return pairs_.size() < kMostPairs; }
   /// Pairs gathered so far.
   std::size_t pairs() const { return pairs_.size(); }
-  /// nullopt where the sweep is not five sigmas and 10 ms from zero, or scans were too few.
+  /// nullopt where scans were too few, or the best sweep is below 10 ms. Whether it is more than
+  /// chance its `adoption` says.
   std::optional<Found> found() const;
 
   /// For archives (models/archive.hpp).
@@ -45,11 +49,13 @@ class SweepFinder {
   struct Shot {
     LaserScan scan;
     PlanarPose T_start_body;
-    Vector6d velocity;
+    Vector6d velocity, acceleration;
     double turn_rate() const { return velocity(5); }
+    /// The mean over the time from the stamp to the last beam.
+    Vector6d mean_velocity(double sweep) const { return velocity + sweep / 2 * acceleration; }
     template <class A>
     friend void fields(A& a, Shot& v) {
-      a(v.scan, v.T_start_body, v.velocity);
+      a(v.scan, v.T_start_body, v.velocity, v.acceleration);
     }
   };
   struct Pair {
@@ -70,9 +76,15 @@ class SweepFinder {
   };
   static constexpr std::size_t kMostPairs = 200;
 
-  double cost(const Pair& pair, double sweep) const;
+  /// The turning scan laid on the still one as well as they go, both straightened by a sweep.
+  struct Laid;
+  static Laid lay(const Pair& pair, double sweep);
+  /// Of the turning scan's oriented points from their partners; 1000 for those that have none.
+  static std::vector<double> misfits(const Laid& laid);  ///< in sigmas
+  Adoption judge(double sweep, const std::vector<double>& left_out) const;
+  static double cost(const Pair& pair, double sweep);
   double cost(double sweep, std::size_t every = 1) const;  ///< of every so many pairs
-  Pull pull(const Pair& pair, double sweep) const;
+  static Pull pull(const Pair& pair, double sweep);
   double coarse(double longest) const;
 
   std::vector<Shot> near_;  ///< of the last metre

@@ -9,13 +9,15 @@
 namespace lamina {
 
 /// Gives a SweepFinder each scan with the velocity between its neighbours: a scan waits for the
-/// next one. While a robot drives, the finder is asked as soon as its pairs may be enough, and
-/// again whenever they are twice as many, until it is sure to 5 % or has all it takes.
+/// next one. Where the motion is known more finely than by one pose a scan, its change counts, too;
+/// else the difference of two differences would be noise of stamps more than motion. While a robot
+/// drives, the finder is asked as soon as its pairs may be enough, and again whenever they are
+/// twice as many, until it is sure to 5 % or has all it takes.
 class SweepWatch {
  public:
   /// A level scan that states no sweep, and how the body came from the last one; nullopt: nobody
-  /// knows.
-  void add(const LaserScan& scan, const std::optional<SE3>& moved);
+  /// knows. `finely`: by wheels that were read several times in between.
+  void add(const LaserScan& scan, const std::optional<SE3>& moved, bool finely = false);
   /// False once more scans would change nothing.
   bool wants_more() const { return finder_.wants_more(); }
   /// By all scans so far; see SweepFinder.

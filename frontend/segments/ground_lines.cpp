@@ -4,6 +4,8 @@
 #include <Eigen/Dense>
 #include <cmath>
 
+#include <lamina/models/block_evidence.hpp>
+
 namespace lamina {
 namespace {
 
@@ -22,7 +24,6 @@ constexpr double kHeightPrior = 0.02;  // m
 // Corrections below both are not worth being believed.
 constexpr double kLeastLean = 0.1 * kDegree;
 constexpr double kLeastRise = 0.005;  // m
-constexpr double kStandsOut = 11.3;   // 99 % of chi-squared of 3 degrees
 
 }  // namespace
 
@@ -41,9 +42,22 @@ void GroundLines::add(const Observations& observations) {
       continue;
     }
     length = way.norm();
-    longest = Line{way.normalized(), middle, T.translation()};
+    longest = Line{way.normalized(), middle, T.translation(), observations.stamp};
   }
   if (longest) lines_.push_back(*longest);
+}
+
+// Whether lines left out lie on the ground better with the correction by the others.
+bool GroundLines::adopted() const {
+  BlockEvidence<3> evidence;
+  for (const Line& line : lines_) {
+    const Eigen::Vector3d& d = line.direction_body;
+    const Eigen::Vector3d p = line.middle_body - line.scanner_body;
+    evidence.add(line.stamp, {-d.y(), d.x(), 0}, d.z(), kSlopeSigma);
+    evidence.add(line.stamp, {-p.y(), p.x(), -1}, line.middle_body.z(), kHeightSigma);
+  }
+  const auto found = evidence.solve({kLeanPrior, kLeanPrior, kHeightPrior}, {0, 1, 2});
+  return found && found->adoption.adopted;
 }
 
 std::optional<MountingCorrection> GroundLines::correction() const {
@@ -83,8 +97,7 @@ std::optional<MountingCorrection> GroundLines::correction() const {
     x -= H.ldlt().solve(g);
   }
   if (2 * inliers < static_cast<double>(lines_.size()) || !x.allFinite()) return std::nullopt;
-  if (x.dot(H * x) < kStandsOut ||
-      (x.head<2>().norm() < kLeastLean && std::abs(x.z()) < kLeastRise))
+  if ((x.head<2>().norm() < kLeastLean && std::abs(x.z()) < kLeastRise) || !adopted())
     return std::nullopt;
   return MountingCorrection{{x.x(), x.y(), 0}, {0, 0, x.z()}};
 }

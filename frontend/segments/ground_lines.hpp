@@ -24,9 +24,12 @@ class GroundLines {
   std::optional<MountingCorrection> correction() const;
 
  private:
+  bool adopted() const;
+
   struct Line {
     Eigen::Vector3d direction_body, middle_body;
     Eigen::Vector3d scanner_body;
+    Timestamp stamp;
   };
   std::vector<Line> lines_;
   std::size_t scans_ = 0;

@@ -99,7 +99,8 @@ std::optional<SharedWalls::Pair> SharedWalls::nearest_line(const Observations& i
                    Eigen::Vector3d(line.angle_sigma, lean, kAngleFloor).norm(),
                    Eigen::Vector3d(line.distance_sigma, o.floor.sigma_rho, kDistanceFloor).norm(),
                    n,
-                   q - image.T_body_sensor.translation().head<2>()};
+                   q - image.T_body_sensor.translation().head<2>(),
+                   image.stamp};
   }
   return nearest;
 }
@@ -120,6 +121,18 @@ void SharedWalls::add_image(const Observations& image, const SE3& T_start_body) 
     T_start_last_ = T_start_body;
     ++views_;
   }
+}
+
+Adoption SharedWalls::adoption() const {
+  BlockEvidence<3> evidence;
+  for (const Pair& pair : pairs_) {
+    const Eigen::Vector2d turned(-pair.offset.y(), pair.offset.x());
+    evidence.add(pair.stamp, {1, 0, 0}, pair.angle, pair.angle_sigma);
+    evidence.add(pair.stamp, {pair.normal.dot(turned), pair.normal.x(), pair.normal.y()},
+                 pair.distance, pair.distance_sigma);
+  }
+  const auto found = evidence.solve({kHeadingPrior, kPlacePrior, kPlacePrior}, {0, 1, 2});
+  return found ? found->adoption : Adoption();
 }
 
 std::optional<SharedWalls::Result> SharedWalls::result() const {
@@ -159,10 +172,12 @@ std::optional<SharedWalls::Result> SharedWalls::result() const {
   Eigen::Matrix3d covariance = H.inverse();
   const Eigen::Vector3d common(kHeadingCommon, kPlaceCommon, kPlaceCommon);
   covariance.diagonal() += common.cwiseAbs2();
+  const Adoption by_blocks = adoption();
   return Result{{{0, 0, x(0)}, {x(1), x(2), 0}},
                 covariance.diagonal().cwiseSqrt(),
                 static_cast<int>(pairs_.size()),
-                x.dot(covariance.ldlt().solve(x)) >= kStandsOut};
+                by_blocks,
+                by_blocks.adopted && x.dot(covariance.ldlt().solve(x)) >= kStandsOut};
 }
 
 }  // namespace lamina

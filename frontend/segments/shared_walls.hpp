@@ -7,6 +7,7 @@
 
 #include <lamina/frontend/observation.hpp>
 #include <lamina/frontend/segments/mounting_correction.hpp>
+#include <lamina/models/block_evidence.hpp>
 
 namespace lamina {
 
@@ -24,7 +25,8 @@ class SharedWalls {
     MountingCorrection correction;
     Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< of heading (rad), x, y (m)
     int pairs = 0;
-    bool stands_out = false;  ///< from chance, and from what one camera's images err by in common
+    Adoption adoption;        ///< by data left out
+    bool stands_out = false;  ///< adopted, and more than one camera's images err by in common
   };
   /// nullopt for too few walls, or walls that do not agree.
   std::optional<Result> result() const;
@@ -34,8 +36,10 @@ class SharedWalls {
     double angle, distance;  // rad, m
     double angle_sigma, distance_sigma;
     Eigen::Vector2d normal, offset;  // of the wall; its point from the camera, body frame
+    Timestamp stamp;
   };
   struct Line;
+  Adoption adoption() const;
   static std::vector<Line> lines_in(const Observations& scan, const SE3& T_image_scan);
   static std::optional<Pair> nearest_line(const Observations& image, const PlaneObservation& o,
                                           const std::vector<Line>& lines);

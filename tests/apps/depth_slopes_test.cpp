@@ -22,7 +22,7 @@ std::vector<Step> steps_with(const DepthCameraError& error, const WheelErrors::V
   std::vector<Step> steps(drive.truth.size());
   for (std::size_t i = 0; i < steps.size(); ++i) {
     Observations& o = steps[i].observations;
-    o = sensor.depth(drive.truth[i], made_up::at_frame(i), room);
+    o = sensor.depth(drive.truth[i], made_up::at_frame(3 * i), room);
     o.T_body_sensor = kOptical;
     for (PlaneObservation& plane : o.planes) {
       plane.plane_sensor = as_seen.corrected(T_camera_body * plane.plane_sensor);
@@ -42,7 +42,7 @@ TEST(DepthSlopes, AreFoundBesideErrorsOfTheWheels) {
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->camera().e.x(), 0.007, 0.0015);
   EXPECT_NEAR(found->camera().e.y(), 0, 0.0015);
-  EXPECT_NEAR(found->camera().e.z(), 0, 1e-6);  // not told
+  EXPECT_NEAR(found->camera().e.z(), 0, 5e-4);  // 1/m
   EXPECT_NEAR(found->wheels()(1), 0.01, 0.006);
   EXPECT_LT(std::abs(found->wheels()(3)), 0.01);  // the camera is not turned for it
 }
@@ -60,17 +60,19 @@ TEST(DepthSlopes, AFocalLengthIsFoundAndElseLeftAsStated) {
   EXPECT_NEAR(as_stated->camera().focal, 0, 1e-6);
 }
 
-// What does not stand out is held to what is usual: to nothing, or to its size.
-TEST(DepthSlopes, SmallOnesAreFoundWhereTheyAreUsual) {
-  const auto steps = steps_with({{0.001, 0, 0}}, WheelErrors::Vector::Zero());
+// Those that data left out do not confirm stay as stated; of small ones usual after a bend, more is
+// told than nothing.
+TEST(DepthSlopes, SmallOnesAreFoundWhereTheyAreConfirmed) {
   const auto none = [] { return false; };
-  const auto held = depth_errors_of(steps, {}, kNothing, none);
+  const auto small = steps_with({{0.001, 0, 0}}, WheelErrors::Vector::Zero());
+  const auto held = depth_errors_of(small, {}, kNothing, none);
   ASSERT_TRUE(held);
   EXPECT_NEAR(held->camera().e.norm(), 0, 1e-6);
-  const auto found = depth_errors_of(steps, {}, {0.001, 0.001, 0.0005}, none);
+  const auto larger = steps_with({{0.003, 0, 0}}, WheelErrors::Vector::Zero());
+  const auto found = depth_errors_of(larger, {}, {0.001, 0.001, 0.0005}, none);
   ASSERT_TRUE(found);
-  EXPECT_NEAR(found->camera().e.x(), 0.001, 0.0005);
-  EXPECT_NEAR(found->camera().e.y(), 0, 0.0007);
+  EXPECT_NEAR(found->camera().e.x(), 0.003, 0.001);
+  EXPECT_NEAR(found->camera().e.y(), 0, 0.001);
 }
 
 TEST(DepthSlopes, EndWithTheUser) {

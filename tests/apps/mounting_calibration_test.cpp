@@ -49,7 +49,7 @@ std::vector<Step> drive(const SE3& T_said, std::size_t scans,
     if (i > 0) T_world_body = T_world_body * moved;
     Step step;
     step.scan = scanner.scan(pillars_near(T_world_body.translation()), T_world_body,
-                             0.1 * static_cast<double>(i));
+                             0.2 * static_cast<double>(i));
     step.scan->lidar.T_body_lidar = T_said;
     step.observations.T_body_sensor = T_said;
     step.motion.T_from_to = i == 0 ? SE3::planar(5, 6, 1) : D * moved * D.inverse();

@@ -89,6 +89,17 @@ TEST(Settings, EveryNumberHasARangeThatIsKept) {
   EXPECT_THAT(message_of("floor.sections=[4, 0]"), testing::HasSubstr("from 1 to 100"));
 }
 
+TEST(Settings, OneSwitchTurnsSelfCalibrationOff) {
+  Settings settings;
+  set_assignment(settings, "lidar.find_sweep=false");
+  set_assignment(settings, "self_calibration.enabled=true");
+  EXPECT_TRUE(settings.calibrate_wheels);
+  EXPECT_FALSE(settings.find_sweep);
+  set_assignment(settings, "self_calibration.enabled=false");
+  EXPECT_FALSE(settings.find_clocks || settings.calibrate_depth || settings.calibrate_wheels ||
+               settings.calibrate_mountings || settings.floor.self_calibrate);
+}
+
 TEST(Settings, UnknownKeysSuggestTheNearest) {
   EXPECT_EQ(message_of("robot.hight_m=1"),
             "--set: unknown key 'robot.hight_m': did you mean 'robot.height_m'?");

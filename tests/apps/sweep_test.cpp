@@ -14,8 +14,9 @@ void simulate_slow_scans(const fs::path& data) {
   sim::DatasetOptions options;
   options.grid = false;
   sim::write_dataset(
-      sim::make_scene("room", {{"camera.enabled", "false"}, {"lidar.sweep_s", "0.1"}}), data,
-      options);
+      sim::make_scene("room",
+                      {{"camera.enabled", "false"}, {"lidar.sweep_s", "0.1"}, {"path.laps", "2"}}),
+      data, options);
 }
 
 TEST(UnknownSweep, IsFoundAndTakenOut) {

@@ -14,7 +14,7 @@ std::vector<Step> steps_with(const WheelErrors::Vector& errors, const made_up::D
   made_up::Sensor sensor(62);
   std::vector<Step> steps(drive.truth.size());
   for (std::size_t i = 0; i < steps.size(); ++i) {
-    steps[i].observations = sensor.depth(drive.truth[i], made_up::at_frame(i), room);
+    steps[i].observations = sensor.depth(drive.truth[i], made_up::at_frame(3 * i), room);
     steps[i].motion = {drive.truth[0], drive.covariance};
     if (i > 0) steps[i].motion.T_from_to = corrected(drive.increments[i - 1], -errors);
   }

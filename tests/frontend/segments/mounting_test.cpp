@@ -38,6 +38,7 @@ GroundLines ground_by(const SE3& T_said, std::size_t scans, double share_of_kerb
   std::normal_distribution<double> bump(0, 0.003);
   for (std::size_t i = 0; i < scans; ++i) {
     Observations o;
+    o.stamp = Timestamp::from_seconds(1000 + 0.4 * static_cast<double>(i));
     o.T_body_sensor = T_said;
     const double kerb =
         static_cast<double>(i) < share_of_kerbs * static_cast<double>(scans) ? 0.12 : 0;
@@ -79,6 +80,7 @@ SharedWalls walls_by(const SE3& T_camera, const SE3& T_said, int images) {
   for (int i = 0; i < images; ++i) {
     const SE3 T_map_body = SE3::planar(0.02 * i - 1, 0.3, 0.06 * i);
     Observations scan, image;
+    scan.stamp = image.stamp = Timestamp::from_seconds(1000 + 0.4 * i);
     scan.T_body_sensor = T_lidar;
     image.T_body_sensor = T_said;
     for (int side = 0; side < 4; ++side) {

@@ -1,0 +1,58 @@
+// One line a parameter.
+#include <lamina/apps/calibration_report.hpp>
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+
+namespace lamina::apps {
+namespace {
+
+// The entry of this parameter: what is asked again, or corrected further, is told once.
+io::CalibrationEntry& entry_of(const std::string& parameter, double stated, io::Metrics& metrics) {
+  for (io::CalibrationEntry& entry : metrics.calibration) {
+    if (entry.parameter == parameter) return entry;
+  }
+  return metrics.calibration.emplace_back(io::CalibrationEntry{parameter, stated});
+}
+
+}  // namespace
+
+bool report(const Estimate& e, io::Metrics& metrics, const std::string& warning_id,
+            const std::string& consequence) {
+  const bool beyond = e.bound > 0 && std::abs(e.found - e.stated) > e.bound;
+  const bool adopted = e.adoption.adopted && !beyond;
+  io::CalibrationEntry& entry = entry_of(e.parameter, e.stated, metrics);
+  entry.found = e.found;
+  entry.sigma = e.sigma;
+  entry.score = e.adoption.gain;
+  entry.adopted = adopted;
+  const std::string value =
+      fmt::format("{} {:.6g} -> {:.6g} (+-{:.2g})", e.parameter, e.stated, e.found, e.sigma);
+  if (adopted) {
+    spdlog::info("corrected: {}, gain {:.0f} over {} blocks left out", value, e.adoption.gain,
+                 e.adoption.blocks);
+  } else if (e.adoption.adopted) {
+    metrics.warn(warning_id, fmt::format("{}: such a value is off by {:.3g} at most, something "
+                                         "else is wrong; {}",
+                                         value, e.bound, consequence));
+  } else {
+    spdlog::info(
+        "kept as stated: {} does not fit better what was left out (gain {:.1f} over {} "
+        "blocks)",
+        value, e.adoption.gain, e.adoption.blocks);
+  }
+  return adopted;
+}
+
+void report_change(const std::string& parameter, double stated, double found, double sigma,
+                   io::Metrics& metrics) {
+  io::CalibrationEntry& entry = entry_of(parameter, stated, metrics);
+  entry.found = found;
+  entry.sigma = sigma;
+  entry.adopted = true;
+  spdlog::info("corrected: {} {:.6g} -> {:.6g} (+-{:.2g})", parameter, stated, found, sigma);
+}
+
+}  // namespace lamina::apps
