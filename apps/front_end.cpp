@@ -2,7 +2,6 @@
 #include <lamina/apps/front_end.hpp>
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include <lamina/apps/unknown_motion.hpp>
@@ -38,12 +37,11 @@ SE3 levelled_pose(const Plane& floor_body) {
 
 namespace {
 
-// A scan that fits nowhere while the wheels go on (the robot tipped, something covered the scanner)
-// is no view of the place: it goes into no map.
+// A scan that fits nowhere while the wheels go on (the robot tipped) is no view of the place.
 bool shows_nothing(const ScanMotion& motion) {
-  const bool held = motion.status == ScanMotion::Status::kTracked ||
-                    motion.status == ScanMotion::Status::kDegenerate;
-  return motion.iterations == 0 && (held || motion.wheels_went_on);
+  const bool told = motion.status != ScanMotion::Status::kFirst &&
+                    (motion.status != ScanMotion::Status::kPredicted || motion.wheels_went_on);
+  return told && motion.iterations == 0;
 }
 
 // Images contradict wheels that slip; beside them scans gain nothing by a kernel over the wheels.
@@ -179,9 +177,8 @@ std::optional<Step> FrontEnd::process_scan(const LaserScan& measured, io::Metric
     guess = MotionGuess{moved->T_from_to,
                         scans_tell_scale_ ? of_unknown_scale(*moved) : moved->covariance};
     step.wheels_moved = wheels->T_from_to;
-  } else if (const auto across = across_hole(T_start_scan_body_, scan.stamp);
-             across && last_scan_) {
-    guess = MotionGuess{across->T_from_to, across->covariance - met_last_->since};
+  } else if (const auto gap = across_hole(T_start_scan_body_, scan.stamp); gap && last_scan_) {
+    guess = MotionGuess{gap->T_from_to, gap->covariance - met_last_->since};
   } else if (!scanned_of_late(scan.stamp)) {
     guess = bridged_since_scan();
   }

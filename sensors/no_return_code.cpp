@@ -17,12 +17,12 @@ NoReturnCode::NoReturnCode(const NoReturnOptions& options)
 
 bool NoReturnCode::moved(std::span<const float> ranges) const {
   if (ranges.size() != counted_.size()) return true;
-  double sum = 0;
+  std::size_t changed = 0;
   for (std::size_t i = 0; i < ranges.size(); ++i) {
     const double off = std::abs(static_cast<double>(ranges[i]) - static_cast<double>(counted_[i]));
-    if (off > 0) sum += std::min(off, 1.0);  // NaN: neither returned
+    changed += off > options_.moved;  // NaN: neither returned
   }
-  return !(sum < options_.moved * static_cast<double>(ranges.size()));
+  return static_cast<double>(changed) > options_.moved_share * static_cast<double>(ranges.size());
 }
 
 void NoReturnCode::add(std::span<const float> ranges) {

@@ -15,11 +15,12 @@ struct NoReturnOptions {
   double bin = 0.01;      ///< m
   double furthest = 200;  ///< m, of the histogram; what is beyond counts as there
   std::size_t bins = 10;  ///< of a peak: SICK's codes 8183 to 8191 are 8 cm apart at 1 cm a unit
-  double moved = 0.05;    ///< m, mean over beams: a scan as the last one repeats its walls
-  double share = 0.005;   ///< of all readings that a code has at least
-  double above = 0.02;    ///< of the code's readings that may be further: a wall goes on there
-  double below = 0.2;     ///< of the code's readings that may lie up to `clear` nearer
-  double clear = 0.5;     ///< m
+  /// m, and share of the beams: where fewer changed by more, the scan is the last one again.
+  double moved = 0.05, moved_share = 0.05;
+  double share = 0.005;       ///< of all readings that a code has at least
+  double above = 0.02;        ///< of the code's readings that may be further: a wall goes on there
+  double below = 0.2;         ///< of the code's readings that may lie up to `clear` nearer
+  double clear = 0.5;         ///< m
   std::size_t enough = 2000;  ///< readings
   double scans = 0.2;         ///< share of the scans that have it: a wall is left behind
 };

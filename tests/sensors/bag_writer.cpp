@@ -87,7 +87,7 @@ void write_simulated_bag(const std::string& file, bool floats, bool transforms_o
     scan.angle_increment = 0.5f;
     scan.range_max = 10;
     // One driver in two states nonsense.
-    scan.time_increment = i % 2 == 0 ? 0.01f : 3e9f;
+    scan.time_increment = i % 2 == 0 ? 0.005f : 3e9f;
     scan.ranges = {1, 2, 3, static_cast<float>(i), 5};
     bag.write("/scan", stamp, scan);
   }

@@ -148,7 +148,7 @@ TEST(RoundTrip, BagHasScansOdometryAndMountings) {
     EXPECT_NEAR(odometry->T_odom_body.translation().x(), 0.1 * scans, 1e-12);
     EXPECT_TRUE(scan->lidar.T_body_lidar.translation().isApprox(Eigen::Vector3d(0.2, 0, 0.3)));
     EXPECT_EQ(scan->ranges[3], static_cast<float>(scans));
-    EXPECT_FLOAT_EQ(static_cast<float>(scan->time_increment), scans % 2 == 0 ? 0.01F : 0.0F);
+    EXPECT_FLOAT_EQ(static_cast<float>(scan->time_increment), scans % 2 == 0 ? 0.005F : 0.0F);
     ++scans;
   }
   EXPECT_EQ(scans, DepthMode().frames);
