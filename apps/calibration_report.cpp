@@ -9,6 +9,13 @@
 namespace lamina::apps {
 namespace {
 
+// A value clearly beyond its bound is said even where blocks are too few to adopt one.
+bool contradicts(const Estimate& e) {
+  constexpr double kGain = 9, kSigmas = 3;
+  return e.bound > 0 && e.adoption.gain > kGain &&
+         std::abs(e.found - e.stated) > e.bound + kSigmas * e.sigma;
+}
+
 // The entry of this parameter: what is asked again, or corrected further, is told once.
 io::CalibrationEntry& entry_of(const std::string& parameter, double stated, io::Metrics& metrics) {
   for (io::CalibrationEntry& entry : metrics.calibration) {
@@ -33,7 +40,7 @@ bool report(const Estimate& e, io::Metrics& metrics, const std::string& warning_
   if (adopted) {
     spdlog::info("corrected: {}, gain {:.0f} over {} blocks left out", value, e.adoption.gain,
                  e.adoption.blocks);
-  } else if (e.adoption.adopted) {
+  } else if (e.adoption.adopted || contradicts(e)) {
     metrics.warn(warning_id, fmt::format("{}: such a value is off by {:.3g} at most, something "
                                          "else is wrong; {}",
                                          value, e.bound, consequence));

@@ -51,5 +51,15 @@ TEST(CalibrationReport, BeyondItsBoundItIsAWarningAndNotAdopted) {
   EXPECT_FALSE(metrics.calibration[0].adopted);
 }
 
+// Of a short recording blocks are too few to adopt anything.
+TEST(CalibrationReport, ClearlyBeyondItsBoundItIsSaidHoweverShortTheRecording) {
+  for (const double found : {136.0, 141.0}) {
+    io::Metrics metrics;
+    EXPECT_FALSE(report({"depth_camera.fx_px", 146, found, 0.8, {6, 47, 3, false}, 7.3}, metrics,
+                        "focal_length", "not corrected"));
+    EXPECT_EQ(metrics.warnings.size(), found < 137 ? 1 : 0);
+  }
+}
+
 }  // namespace
 }  // namespace lamina::apps
