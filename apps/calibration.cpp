@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include <lamina/apps/calibration_report.hpp>
+#include <lamina/apps/image_turns.hpp>
 #include <lamina/apps/mounting_calibration.hpp>
 #include <lamina/apps/slopes.hpp>
 #include <lamina/apps/wheel_calibration.hpp>
@@ -212,16 +213,7 @@ bool tell_wheel_scale(const WheelScale::Found& found, bool without, io::Metrics&
 }
 
 WheelTrack all_wheels(Recording& recording, const std::function<bool()>& ended) {
-  WheelTrack wheels(recording.calibration().odometry);
-  try {
-    while (!ended()) {
-      const auto measurement = recording.next_light();
-      if (!measurement) break;
-      if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
-    }
-  } catch (const Error&) {  // the run itself comes to it, and says so
-  }
-  return wheels;
+  return wheels_of(recording, ended).track;
 }
 
 bool lift_off_plane(const OpenRecording& open, const DepthDistortion& distortion,

@@ -7,26 +7,11 @@
 
 #include <lamina/apps/image_turns.hpp>
 #include <lamina/frontend/odometry/turn_claims.hpp>
-#include <lamina/models/error.hpp>
 
 namespace lamina::apps {
 namespace {
 
 constexpr std::size_t kAsked = 60, kMost = 240;  // pieces told: without a contradiction, at most
-
-// All of the odometry, of a source that decodes no image for it.
-Wheels wheels_of(Recording& recording, const std::function<bool()>& ended) {
-  Wheels wheels(recording.calibration().odometry);
-  try {
-    while (!ended()) {
-      const auto measurement = recording.next_light();
-      if (!measurement) break;
-      if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
-    }
-  } catch (const Error&) {  // the run itself comes to it, and says so
-  }
-  return wheels;
-}
 
 Warning smeared(const TurnClaims::Found& found, std::size_t pieces) {
   return {"depth_smeared",

@@ -65,6 +65,19 @@ void Wheels::add(const Odometry& odometry) {
   track.add(odometry);
 }
 
+Wheels wheels_of(Recording& recording, const std::function<bool()>& ended) {
+  Wheels wheels(recording.calibration().odometry);
+  try {
+    while (!ended()) {
+      const auto measurement = recording.next_light();
+      if (!measurement) break;
+      if (const auto* odometry = std::get_if<Odometry>(&*measurement)) wheels.add(*odometry);
+    }
+  } catch (const Error&) {
+  }
+  return wheels;
+}
+
 void turns_by_images(Recording& recording, const Wheels& wheels, const DepthDistortion& distortion,
                      double around, const std::function<bool()>& ended,
                      const std::function<bool(const ImageTurn&)>& visit) {

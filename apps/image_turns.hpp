@@ -25,6 +25,10 @@ struct Wheels {
   }
 };
 
+/// All of the odometry, without decoding an image for it; what was read until `ended`, or until the
+/// recording cannot be read on, which the run itself comes to and says.
+Wheels wheels_of(Recording& recording, const std::function<bool()>& ended);
+
 /// What an image told of the way since the one that was matched before it.
 struct ImageTurn {
   Timestamp from, to;
