@@ -35,24 +35,24 @@ void apply(const CameraFixes& fixes, DepthFrame& frame) {
 
 CameraCorrectedRecording::CameraCorrectedRecording(std::unique_ptr<Recording> source,
                                                    const CameraFixes& fixes)
-    : source_(std::move(source)), fixes_(fixes) {}
+    : ForwardingRecording(std::move(source)), fixes_(fixes) {}
 
 // A bag's camera is known with its first image.
 const Calibration& CameraCorrectedRecording::calibration() const {
-  calibration_ = source_->calibration();
+  calibration_ = source().calibration();
   if (calibration_.depth_camera) fixes_.depth.apply(*calibration_.depth_camera);
   if (calibration_.stereo_camera) fixes_.stereo.apply(*calibration_.stereo_camera);
   return calibration_;
 }
 
 std::map<std::string, std::int64_t> CameraCorrectedRecording::skipped() const {
-  auto all = source_->skipped();
+  auto all = source().skipped();
   if (dropped_ > 0) all["depth image of no use"] += dropped_;
   return all;
 }
 
 std::optional<Measurement> CameraCorrectedRecording::next_of_source() {
-  while (auto measurement = source_->next()) {
+  while (auto measurement = source().next()) {
     if (auto* depth = std::get_if<DepthFrame>(&*measurement)) {
       if (fixes_.drop_depth) {
         ++dropped_;
@@ -110,7 +110,7 @@ std::optional<Measurement> CameraCorrectedRecording::next_with_later_right() {
 
 std::optional<DepthFrame> CameraCorrectedRecording::next_depth(std::int64_t skip) {
   if (fixes_.drop_depth) return std::nullopt;
-  auto frame = source_->next_depth(skip);
+  auto frame = source().next_depth(skip);
   if (frame) apply(fixes_, *frame);
   return frame;
 }

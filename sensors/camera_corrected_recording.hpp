@@ -9,7 +9,7 @@
 #include <vector>
 
 #include <lamina/sensors/camera_correction.hpp>
-#include <lamina/sensors/recording.hpp>
+#include <lamina/sensors/forwarding_recording.hpp>
 
 namespace lamina {
 
@@ -37,33 +37,19 @@ bool is_swapped(const StereoFrame& pair);
 void apply(const CameraFixes& fixes, DepthFrame& frame);
 
 /// The source's measurements, corrected, in their order.
-class CameraCorrectedRecording final : public Recording {
+class CameraCorrectedRecording final : public ForwardingRecording {
  public:
   CameraCorrectedRecording(std::unique_ptr<Recording> source, const CameraFixes& fixes);
 
   std::optional<Measurement> next() override;
   std::optional<DepthFrame> next_depth(std::int64_t skip) override;
-  std::optional<Measurement> next_light() override { return source_->next_light(); }
   const Calibration& calibration() const override;
   std::map<std::string, std::int64_t> skipped() const override;
-  std::map<std::string, std::string> first_skipped() const override {
-    return source_->first_skipped();
-  }
-  std::map<std::string, std::vector<Timestamp>> recorded_stamps() const override {
-    return source_->recorded_stamps();
-  }
-  std::vector<std::string> assumed() const override { return source_->assumed(); }
-  std::map<Timestamp, Timestamp> restamped() const override { return source_->restamped(); }
-  std::vector<std::string> remarks() const override { return source_->remarks(); }
-  std::vector<Warning> warnings() const override { return source_->warnings(); }
-  std::optional<std::int64_t> size_hint() const override { return source_->size_hint(); }
-  std::optional<std::int64_t> depth_hint() const override { return source_->depth_hint(); }
 
  private:
   std::optional<Measurement> next_of_source();
   std::optional<Measurement> next_with_later_right();
 
-  std::unique_ptr<Recording> source_;
   CameraFixes fixes_;
   mutable Calibration calibration_;
   std::deque<Measurement> held_;  // from the first pair on that waits for its right image

@@ -76,7 +76,7 @@ class CarmenRecording final : public Recording {
   std::optional<SE3> mounting(const CarmenSource& source) const;
   void schedule();
   void read_entry(std::pair<int, std::size_t> which);
-  double range_limit(std::size_t s, const CarmenScan& scan) const;
+  double no_return_from(std::size_t s) const;
   double stated_limit(const CarmenSource& source, const CarmenScan& scan) const;
   void find_codes();
   void find_fields_of_view();
@@ -232,9 +232,10 @@ void CarmenRecording::find_fields_of_view() {
   }
 }
 
-double CarmenRecording::range_limit(std::size_t s, const CarmenScan& scan) const {
-  const double limit = stated_limit(index_.sources[s], scan);
-  return codes_[s] ? std::min(limit, *codes_[s]) : limit;
+double CarmenRecording::no_return_from(std::size_t s) const {
+  const CarmenSource& source = index_.sources[s];
+  const double largest = source.saturates() ? static_cast<double>(source.largest) : kSickRangeMax;
+  return std::min(largest, codes_[s].value_or(kSickRangeMax));
 }
 
 double CarmenRecording::stated_limit(const CarmenSource& source, const CarmenScan& scan) const {
@@ -263,10 +264,12 @@ void CarmenRecording::read_entry(std::pair<int, std::size_t> which) {
   const auto [first, step] = carmen_angles(raw->ranges.size(), fields_of_view_[s]);
   scan.angle_min = raw->start_angle.value_or(first);
   scan.angle_increment = raw->angle_increment.value_or(step);
-  scan.range_max = range_limit(s, *raw);
+  const double no_return = no_return_from(s);
+  scan.range_max = std::min(stated_limit(index_.sources[s], *raw), no_return);
   scan.lidar = lidars_[s];
   scan.ranges = std::move(raw->ranges);
-  const auto limit = static_cast<float>(scan.range_max);  // rounded as the ranges were
+  // What is stated is a claim (drivers state limits of their own): no reading is lost to it.
+  const auto limit = static_cast<float>(no_return);  // rounded as the ranges were
   for (float& r : scan.ranges) {
     if (r >= limit) r = HUGE_VALF;  // no return
   }

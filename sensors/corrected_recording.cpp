@@ -9,7 +9,7 @@ namespace lamina {
 
 CorrectedRecording::CorrectedRecording(std::unique_ptr<Recording> source,
                                        const ScanCorrection& correction, double max_tilt)
-    : source_(std::move(source)), correction_(correction), max_tilt_(max_tilt) {}
+    : ForwardingRecording(std::move(source)), correction_(correction), max_tilt_(max_tilt) {}
 
 bool CorrectedRecording::concerns(const SE3& T_body_lidar) const {
   const Eigen::Vector3d z_body = T_body_lidar.so3() * Eigen::Vector3d::UnitZ();
@@ -25,7 +25,7 @@ std::optional<Measurement> CorrectedRecording::corrected(std::optional<Measureme
 }
 
 const Calibration& CorrectedRecording::calibration() const {
-  const Calibration& stated = source_->calibration();
+  const Calibration& stated = source().calibration();
   if (!stated.lidar || !concerns(stated.lidar->T_body_lidar)) return stated;
   calibration_ = stated;
   calibration_.lidar->T_body_lidar = correction_.apply(stated.lidar->T_body_lidar);
@@ -33,7 +33,7 @@ const Calibration& CorrectedRecording::calibration() const {
 }
 
 std::vector<Warning> CorrectedRecording::warnings() const {
-  std::vector<Warning> all = source_->warnings();
+  std::vector<Warning> all = source().warnings();
   const auto& leaps = leaps_.leaps();
   if (leaps.empty()) return all;
   const OdometryLeaps::Leap& first = leaps.front();

@@ -45,8 +45,10 @@ std::optional<double> NoReturnCode::code() const {
   if (all_ < options_.enough) return std::nullopt;
   const auto least = static_cast<std::size_t>(options_.share * static_cast<double>(all_));
   std::size_t beyond = 0;
+  std::optional<std::size_t> found;  // the peak may reach further down within its bins
   for (std::size_t end = readings_.size(); end > options_.bins; --end) {
     const std::size_t begin = end - options_.bins;
+    if (found && begin + options_.bins <= *found) break;
     const std::size_t peak =
         std::accumulate(readings_.begin() + static_cast<std::ptrdiff_t>(begin),
                         readings_.begin() + static_cast<std::ptrdiff_t>(end), std::size_t{0});
@@ -66,12 +68,13 @@ std::optional<double> NoReturnCode::code() const {
           static_cast<double>(beyond) <= options_.above * count &&
           static_cast<double>(before) <= options_.below * count &&
           static_cast<double>(scans) >= options_.scans * static_cast<double>(scan_count_);
-      if (alone) return static_cast<double>(begin) * options_.bin;
+      if (alone) found = begin;
     }
     beyond += readings_[end - 1];
     // Too much beyond for any peak that may follow.
     if (static_cast<double>(beyond) > options_.above * static_cast<double>(all_)) break;
   }
+  if (found) return static_cast<double>(*found) * options_.bin;
   return std::nullopt;
 }
 

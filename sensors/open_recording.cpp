@@ -5,6 +5,7 @@
 #include <lamina/sensors/compressed_text.hpp>
 #include <lamina/sensors/input_kind.hpp>
 #include <lamina/sensors/recording_sources.hpp>
+#include <lamina/sensors/surface_pixels.hpp>
 
 namespace lamina {
 namespace {
@@ -47,8 +48,8 @@ std::unique_ptr<Recording> open_pcd(const std::filesystem::path& path, const Rec
 }
 #endif
 
-std::unique_ptr<Recording> open_recording(const std::string& input,
-                                          const RecordingOptions& options) {
+namespace {
+std::unique_ptr<Recording> as_it_is(const std::string& input, const RecordingOptions& options) {
   const std::string device = "openni:";
   if (input.compare(0, device.size(), device) == 0) {
     return open_openni(input.substr(device.size()), false, options);
@@ -89,6 +90,12 @@ std::unique_ptr<Recording> open_recording(const std::string& input,
   throw input_error(input, "",
                     extension.empty() ? "a file of no known kind" : "a " + extension + " file",
                     kKinds);
+}
+}  // namespace
+
+std::unique_ptr<Recording> open_recording(const std::string& input,
+                                          const RecordingOptions& options) {
+  return std::make_unique<SurfacesRecording>(as_it_is(input, options));
 }
 
 }  // namespace lamina

@@ -23,7 +23,7 @@ bool comes_before(const Measurement& a, const Measurement& b) {
 
 ReclockedRecording::ReclockedRecording(std::unique_ptr<Recording> source,
                                        const ClockOffsets& offsets)
-    : source_(std::move(source)), offsets_(offsets) {}
+    : ForwardingRecording(std::move(source)), offsets_(offsets) {}
 
 double ReclockedRecording::offset_of(const Measurement& m) const {
   if (std::holds_alternative<LaserScan>(m)) return offsets_.scanner;
@@ -97,15 +97,15 @@ std::optional<Measurement> ReclockedRecording::next_by(const Read& read) {
 }
 
 std::optional<Measurement> ReclockedRecording::next() {
-  return next_by([this] { return source_->next(); });
+  return next_by([this] { return source().next(); });
 }
 
 std::optional<Measurement> ReclockedRecording::next_light() {
-  return next_by([this] { return source_->next_light(); });
+  return next_by([this] { return source().next_light(); });
 }
 
 std::optional<DepthFrame> ReclockedRecording::next_depth(std::int64_t skip) {
-  auto frame = source_->next_depth(skip);
+  auto frame = source().next_depth(skip);
   if (frame) frame->stamp = frame->stamp + offsets_.camera;
   return frame;
 }

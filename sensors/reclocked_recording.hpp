@@ -4,7 +4,7 @@
 #include <deque>
 #include <memory>
 
-#include <lamina/sensors/recording.hpp>
+#include <lamina/sensors/forwarding_recording.hpp>
 
 namespace lamina {
 
@@ -20,27 +20,13 @@ struct ClockOffsets {
 /// stamp was moved against the odometry's comes the odometry at that stamp, interpolated, as
 /// readers give it: not in a hole (is_hole), nor beyond its end; up to a quarter of a second before
 /// its beginning the first motion is carried back.
-class ReclockedRecording final : public Recording {
+class ReclockedRecording final : public ForwardingRecording {
  public:
   ReclockedRecording(std::unique_ptr<Recording> source, const ClockOffsets& offsets);
 
   std::optional<Measurement> next() override;
   std::optional<DepthFrame> next_depth(std::int64_t skip) override;
   std::optional<Measurement> next_light() override;
-  const Calibration& calibration() const override { return source_->calibration(); }
-  std::map<std::string, std::int64_t> skipped() const override { return source_->skipped(); }
-  std::map<std::string, std::string> first_skipped() const override {
-    return source_->first_skipped();
-  }
-  std::map<std::string, std::vector<Timestamp>> recorded_stamps() const override {
-    return source_->recorded_stamps();
-  }
-  std::map<Timestamp, Timestamp> restamped() const override { return source_->restamped(); }
-  std::vector<std::string> remarks() const override { return source_->remarks(); }
-  std::vector<Warning> warnings() const override { return source_->warnings(); }
-  std::vector<std::string> assumed() const override { return source_->assumed(); }
-  std::optional<std::int64_t> size_hint() const override { return source_->size_hint(); }
-  std::optional<std::int64_t> depth_hint() const override { return source_->depth_hint(); }
 
  private:
   double offset_of(const Measurement& measurement) const;
@@ -52,7 +38,6 @@ class ReclockedRecording final : public Recording {
   template <class Read>
   std::optional<Measurement> next_by(const Read& read);
 
-  std::unique_ptr<Recording> source_;
   ClockOffsets offsets_;
   std::deque<Measurement> held_;     // in order of their new stamps
   std::optional<Timestamp> newest_;  // as stamped by the source

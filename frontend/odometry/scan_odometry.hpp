@@ -32,13 +32,8 @@ struct ScanOdometryOptions {
   double contradiction_chi_squared = 100, sure_matched = 0.9;
   /// A match that contradicts the wheels like that and leaps from the motion before, by more than
   /// this (m, rad) and this acceleration (m/s^2, rad/s^2), while wheels go on (by this share of
-  /// it), is not believed.
+  /// it), is not believed; nor is one that explains the scan for no less than slipping costs.
   double least_leap = 0.03, most_acceleration = 5, least_spin = 0.1, most_spin = 10, steady = 0.33;
-  /// Over a long interval an acceleration allows anything. There a body leaves what wheels say by
-  /// the ways of both steps together at most (times `ways`: wheels count no better), or turns by
-  /// both turns and by what those ways make about a wheel that is blocked, `pivot` (m) away.
-  double ways = 1.25, pivot = 0.5;
-  double jitter = 0.25;  ///< s: up to here stamps jitter, and uneven intervals say no speed
   /// Intervals longer or shorter than the last one by this factor say nothing of its speed.
   double alike = 2.5;
   /// Wheels' word counts for less the more sigmas scans contradict it by (PlanarPrior::robust).

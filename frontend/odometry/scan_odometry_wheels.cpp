@@ -54,8 +54,10 @@ void ScanOdometry::doubt_what_came(const PlanarPrior& wheels, const Prediction& 
   points_ = std::move(rest);
 }
 
-// No robot leaps: where the scan does and wheels go on as before, the scan is led by what is no
-// wall (the ground at the end of a ramp, which runs ahead of a scanner that tips).
+// A match that contradicts the wheels has to explain the scan for what it costs to have slipped: a
+// scan that fits nowhere (the robot tips) fits anywhere about as badly. And no robot leaps: where
+// the scan does and wheels go on as before, it is led by what is no wall (the ground at the end of
+// a ramp, which runs ahead of a scanner that tips).
 void ScanOdometry::hold_to_wheels(const PlanarPrior& wheels, const Prediction& prediction,
                                   const GoingOn& before, LineMatch& match) const {
   if (map_.empty() || contradiction(match, prediction) < options_.contradiction_chi_squared) return;
@@ -67,22 +69,23 @@ void ScanOdometry::hold_to_wheels(const PlanarPrior& wheels, const Prediction& p
   const PlanarPose found = from_before(match.T_map_scan), told = from_before(wheels.T_map_scan);
   const double leap = found.translation().norm(), turn = std::abs(found.yaw);
   const double square = before.dt * before.dt, told_leap = told.translation().norm();
-  const double ways =
-      prediction.T_prev_curr.translation().norm() + before.motion.translation().norm();
-  const double turns = std::abs(prediction.T_prev_curr.yaw) + std::abs(before.motion.yaw);
-  const double most_leap = std::min(options_.most_acceleration * square, options_.ways * ways);
-  const double most_turn = std::min(options_.most_spin * square, turns + ways / options_.pivot);
-  const bool leaps = (before.even || before.dt > options_.jitter) &&
-                     told_leap <= options_.steady * leap && leap >= options_.least_leap + most_leap;
+  const double most_leap = options_.most_acceleration * square;
+  const double most_turn = options_.most_spin * square;
+  const bool leaps =
+      before.even && told_leap <= options_.steady * leap && leap >= options_.least_leap + most_leap;
   const bool spins =
       turn >= options_.least_spin + most_turn && std::abs(told.yaw) <= options_.steady * turn;
-  if (!leaps && !spins) return;
   constexpr double kFirm = 1e4;  // times the wheels' information
   PlanarPrior firm = wheels;
   firm.information *= kFirm;
   firm.robust = false;
+  const LineMatch held = match_lines(map_, points_, wheels.T_map_scan, firm, options_.match);
+  const auto cost = [&](const LineMatch& m) {
+    return match_cost(map_, points_, m.T_map_scan, wheels, options_.match);
+  };
+  if (!leaps && !spins && cost(match) < cost(held)) return;
   const PlanarPose off = wheels.T_map_scan.inverse() * match.T_map_scan;
-  match = match_lines(map_, points_, wheels.T_map_scan, firm, options_.match);
+  match = held;
   // The scan says nothing of that way.
   const Eigen::Vector3d e(off.x, off.y, off.yaw), weight = match.information * e;
   const double along = e.dot(weight);
@@ -125,10 +128,9 @@ void ScanOdometry::compare(const std::optional<MotionGuess>& wheels, const LineM
 // Taking a robot away and setting it down takes longer than this, and its wheels do not drive then.
 bool ScanOdometry::wheels_go_on(const MotionGuess& wheels, double dt,
                                 double interval_before) const {
-  constexpr double kSetDown = 1;       // s
   constexpr double kTurning = 5;       // rad/s^2, of robots that begin or end a turn
   constexpr double kLeastTurn = 0.05;  // rad between scans: what wheels and scans are off by
-  if (!(dt > 0 && dt < kSetDown && interval_before > 0)) return false;
+  if (!(dt > 0 && interval_before > 0)) return false;
   const PlanarPose step = planar_part(wheels.T_prev_curr_body);
   const Eigen::Vector2d now = step.translation() / dt;
   const Eigen::Vector2d before = velocity_.translation() / interval_before;

@@ -116,6 +116,20 @@ TEST(Carmen, ParamPlacesALaserWhoseLinesDoNot) {
   EXPECT_NEAR(posed->calibration().lidar->T_body_lidar.translation().norm(), 0, 1e-12);
 }
 
+// A robot that drives by what is nearer than 10 m sees further than that.
+TEST(Carmen, NoReadingIsLostToAStatedLimit) {
+  const TemporaryFolder folder;
+  folder.write("a.log",
+               "PARAM robot_front_laser_max 10 1 h 1\nODOM 0 0 0 0 0 0 1.0 h 1.0\n"
+               "FLASER 4 1 20 81.91 3 0 0 0 0 0 0 1.0 h 1.0\n");
+  const auto all = read_all(folder.file("a.log"));
+  ASSERT_EQ(all.size(), 2u);
+  const auto& scan = std::get<LaserScan>(all[1]);
+  EXPECT_EQ(scan.range_max, 10);
+  EXPECT_EQ(scan.ranges[1], 20);
+  EXPECT_TRUE(std::isinf(scan.ranges[2]));
+}
+
 TEST(Carmen, RearLaserLooksBack) {
   const TemporaryFolder folder;
   folder.write(
