@@ -45,10 +45,11 @@ bool disagrees(const DepthFrame& frame, const Agreement& agree, int u, int v) {
   return !(like(u + 1, v) || like(u, v + 1) || like(u - 1, v) || like(u, v - 1)) && any;
 }
 
+/// By a quarter of its pixels.
 Block judged(const DepthFrame& frame, const Agreement& agree, int u0, int u1, int v0, int v1) {
   Block block;
-  for (int v = v0; v < v1; ++v) {
-    for (int u = u0; u < u1; ++u) {
+  for (int v = v0; v < v1; v += 2) {
+    for (int u = u0; u < u1; u += 2) {
       if (frame.raw_at(u, v) == 0) continue;
       ++block.pixels;
       block.disagreeing += disagrees(frame, agree, u, v);
@@ -62,16 +63,17 @@ Block judged(const DepthFrame& frame, const Agreement& agree, int u0, int u1, in
 PixelsLeftOut leave_surfaces(DepthFrame& frame, const SurfacePixelsOptions& options) {
   PixelsLeftOut out;
   const Agreement agree(frame, options);
-  std::vector<std::uint16_t> kept = frame.raw;
+  std::vector<std::uint16_t> kept;
   for (int v = 0; v < frame.height(); v += options.block) {
     for (int u = 0; u < frame.width(); u += options.block) {
       const int u1 = std::min(u + options.block, frame.width());
       const int v1 = std::min(v + options.block, frame.height());
       const Block block = judged(frame, agree, u, u1, v, v1);
-      out.of += block.pixels;
+      out.of += 4 * block.pixels;
       if (block.disagreeing <= options.share * block.pixels) continue;
-      out.pixels += block.pixels;
+      out.pixels += 4 * block.pixels;
       if (out.first_row < 0) out.first_row = v;
+      if (kept.empty()) kept = frame.raw;
       out.last_row = v1 - 1;
       for (int row = v; row < v1; ++row) {
         const auto begin = kept.begin() + std::ptrdiff_t{row} * frame.width();
@@ -79,7 +81,7 @@ PixelsLeftOut leave_surfaces(DepthFrame& frame, const SurfacePixelsOptions& opti
       }
     }
   }
-  frame.raw = std::move(kept);
+  if (!kept.empty()) frame.raw = std::move(kept);
   return out;
 }
 
