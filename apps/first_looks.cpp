@@ -34,122 +34,163 @@ class EarlyLook {
   std::future<std::optional<WheelScale::Found>> found_;
 };
 
+// The looks of one recording, in their order.
+class FirstLooks {
+ public:
+  FirstLooks(const Rereadable& input, FrontEnd& front_end)
+      : input_(input),
+        settings_(input.settings),
+        metrics_(input.metrics),
+        front_end_(front_end),
+        depth_(input.recording->calibration().depth_camera.has_value()),
+        planar_(input.recording->calibration().odometry.planar),
+        sweep_{input.settings.sweep != 0, {}} {}
+
+  void look() {
+    if (planar_ && input_.recording->calibration().lidar) at_scanner();
+    if (settings_.calibrate_depth && depth_) at_depth();
+    if (settings_.calibrate_wheels && settings_.threads > 1 && planar_ && !depth_ && !sweep_.stated)
+      early_.emplace(input_);
+    at_sweep_and_clocks();
+    at_start();
+    if (settings_.calibrate_depth && settings_.calibrate_wheels && depth_) at_slopes();
+    if (start_) {
+      tell_start(*start_, metrics_);
+      front_end_.begin_tilted(*start_);
+    }
+    if (sweep_.adopted() || sweep_.stated) {
+      early_.reset();
+      one("scanner_sweep",
+          [&](Recording& all) { front_end_.look_ahead(all_wheels(all, input_.ended)); });
+    }
+    if (settings_.calibrate_mountings) at_lean();
+    if (settings_.calibrate_wheels) at_wheels();
+  }
+
+ private:
+  // Reads the recording, and opens it again.
+  template <class At>
+  void one(const char* stage, const At& at) {
+    const auto timer = metrics_.time(stage);
+    at(*input_.recording);
+    input_.recording.reset();
+    input_.recording = input_.open_again();
+  }
+
+  void at_scanner() {
+    one("scanner_check", [&](Recording& all) {
+      const auto found = check_scanner(all, settings_, input_.ended);
+      if (!found) return;
+      report_scanner(*found, all.calibration(), settings_.calibrate_mountings, metrics_);
+      if (settings_.calibrate_mountings) input_.scanner = found->correction;
+    });
+  }
+
+  void at_depth() {
+    one("depth_calibration", [&](Recording& all) {
+      const SE3 T_body_camera = all.calibration().depth_camera->camera.T_body_camera;
+      const DepthCalibration found = calibrate_depth(all, settings_.floor, metrics_, input_.ended);
+      front_end_.correct_depth(found.bend);
+      if (planar_ && settings_.floor.self_calibrate && found.mounting)
+        front_end_.begin_remounted(T_body_camera, *found.mounting);
+    });
+  }
+
+  // Half of a sweep left in is an offset, and velocities of another instant hide a sweep.
+  void at_sweep_and_clocks() {
+    constexpr int kRounds = 3;
+    at_sweep();
+    for (int round = 0; round < kRounds && at_clocks(); ++round) {
+      early_.reset();
+      at_sweep();
+      if (!sweep_.adopted()) break;
+    }
+    if (sweep_.found) tell_sweep(*sweep_.found, metrics_);
+    if (sweep_.adopted()) front_end_.set_sweep(sweep_.found->sweep);
+  }
+
+  void at_sweep() {
+    if (sweep_.stated || !settings_.find_sweep) return;
+    one("scanner_sweep",
+        [&](Recording& all) { sweep_ = find_sweep(all, settings_.scan_odometry, input_.ended); });
+  }
+
+  // Whether clocks were corrected.
+  bool at_clocks() {
+    if (!settings_.find_clocks || !input_.recording->calibration().odometry.planar) return false;
+    const auto timer = metrics_.time("clocks");
+    input_.recording.reset();
+    const std::optional<double> found =
+        sweep_.adopted() ? std::optional(sweep_.found->sweep) : std::nullopt;
+    const bool corrected = correct_clocks(input_.clocks, input_.open_reclocked, settings_, found,
+                                          front_end_.depth_distortion(), metrics_, input_.ended);
+    input_.recording = input_.open_again();
+    return corrected;
+  }
+
+  void at_start() {
+    if (!settings_.floor.self_calibrate || !depth_ || !planar_) return;
+    WheelTrack wheels(input_.recording->calibration().odometry);
+    one("tilted_start", [&](Recording& all) { wheels = all_wheels(all, input_.ended); });
+    one("tilted_start", [&](Recording& all) {
+      start_ = find_tilted_start(all, wheels, settings_.floor, front_end_.depth_distortion(),
+                                 input_.ended);
+    });
+  }
+
+  void at_slopes() {
+    one("depth_slopes", [&](Recording& all) {
+      auto with_slopes = find_depth_slopes(all, settings_, front_end_.depth_distortion(), start_,
+                                           metrics_, input_.ended);
+      if (with_slopes) front_end_.correct_depth(std::move(*with_slopes));
+    });
+    if (start_) at_start();  // slopes turn floors
+  }
+
+  void at_lean() {
+    one("scanner_lean", [&](Recording& all) {
+      const auto lean = find_lean(all, settings_.scan_odometry, metrics_, input_.ended);
+      if (!lean) return;
+      early_.reset();
+      front_end_.correct_level_scanner(*lean);
+    });
+  }
+
+  void at_wheels() {
+    std::optional<WheelScale::Found> scale;
+    if (early_) {
+      const auto timer = metrics_.time("wheel_scale");
+      scale = early_->found();
+    } else {
+      one("wheel_scale", [&](Recording& all) {
+        scale = find_wheel_scale(all, settings_, front_end_, input_.ended);
+      });
+    }
+    if (!scale) return;
+    // Scans that hold (nearly) all of the path bear the map without wheels that are plainly wrong.
+    constexpr double kHeld = 0.95;
+    const bool without = scale->held >= kHeld;
+    if (tell_wheel_scale(*scale, without, metrics_)) {
+      front_end_.begin_wheels(*scale);
+    } else if (scale->adoption.adopted && without) {
+      front_end_.leave_wheels();
+    }
+  }
+
+  const Rereadable& input_;
+  const Settings& settings_;
+  io::Metrics& metrics_;
+  FrontEnd& front_end_;
+  const bool depth_, planar_;
+  Sweep sweep_;
+  std::optional<EarlyLook> early_;
+  std::optional<TiltedStart> start_;
+};
+
 }  // namespace
 
 void look_ahead(const Rereadable& input, FrontEnd& front_end) {
-  const Settings& settings = input.settings;
-  io::Metrics& metrics = input.metrics;
-  const bool depth = input.recording->calibration().depth_camera.has_value();
-  const bool planar = input.recording->calibration().odometry.planar;
-  const auto look = [&](const char* stage, const auto& at) {
-    const auto timer = metrics.time(stage);
-    at(*input.recording);
-    input.recording.reset();
-    input.recording = input.open_again();
-  };
-  const bool scanner = input.recording->calibration().lidar.has_value();
-  if (scanner && planar)
-    look("scanner_check", [&](Recording& all) {
-      const auto found = check_scanner(all, settings, input.ended);
-      if (!found) return;
-      report_scanner(*found, all.calibration(), settings.calibrate_mountings, metrics);
-      if (settings.calibrate_mountings) input.scanner = found->correction;
-    });
-  if (settings.calibrate_depth && depth) {
-    look("depth_calibration", [&](Recording& all) {
-      const SE3 T_body_camera = all.calibration().depth_camera->camera.T_body_camera;
-      const DepthCalibration found = calibrate_depth(all, settings.floor, metrics, input.ended);
-      front_end.correct_depth(found.bend);
-      if (planar && settings.floor.self_calibrate && found.mounting) {
-        front_end.begin_remounted(T_body_camera, *found.mounting);
-      }
-    });
-  }
-  Sweep sweep{settings.sweep != 0, {}};
-  std::optional<EarlyLook> early;
-  if (settings.calibrate_wheels && settings.threads > 1 && planar && !depth && !sweep.stated)
-    early.emplace(input);
-  const auto look_for_sweep = [&] {
-    if (settings.sweep != 0 || !settings.find_sweep || sweep.stated) return;
-    look("scanner_sweep",
-         [&](Recording& all) { sweep = find_sweep(all, settings.scan_odometry, input.ended); });
-  };
-  const auto look_for_clocks = [&] {
-    if (!settings.find_clocks || !input.recording->calibration().odometry.planar) return false;
-    const auto timer = metrics.time("clocks");
-    input.recording.reset();
-    const std::optional<double> found =
-        sweep.adopted() ? std::optional(sweep.found->sweep) : std::nullopt;
-    const bool corrected = correct_clocks(input.clocks, input.open_reclocked, settings, found,
-                                          front_end.depth_distortion(), metrics, input.ended);
-    input.recording = input.open_again();
-    return corrected;
-  };
-  // Half of a sweep left in is an offset, and velocities of another instant hide a sweep.
-  constexpr int kRounds = 3;
-  look_for_sweep();
-  for (int round = 0; round < kRounds && look_for_clocks(); ++round) {
-    early.reset();
-    look_for_sweep();
-    if (!sweep.adopted()) break;
-  }
-  if (sweep.found) tell_sweep(*sweep.found, metrics);
-  if (sweep.adopted()) front_end.set_sweep(sweep.found->sweep);
-  std::optional<TiltedStart> start;
-  const auto look_at_start = [&] {
-    if (!settings.floor.self_calibrate || !depth || !planar) return;
-    WheelTrack wheels(input.recording->calibration().odometry);
-    look("tilted_start", [&](Recording& all) { wheels = all_wheels(all, input.ended); });
-    look("tilted_start", [&](Recording& all) {
-      start =
-          find_tilted_start(all, wheels, settings.floor, front_end.depth_distortion(), input.ended);
-    });
-  };
-  look_at_start();
-  if (settings.calibrate_depth && settings.calibrate_wheels && depth) {
-    look("depth_slopes", [&](Recording& all) {
-      auto with_slopes = find_depth_slopes(all, settings, front_end.depth_distortion(), start,
-                                           metrics, input.ended);
-      if (!with_slopes) return;
-      front_end.correct_depth(std::move(*with_slopes));
-    });
-    if (start) look_at_start();  // slopes turn floors
-  }
-  if (start) {
-    tell_start(*start, metrics);
-    front_end.begin_tilted(*start);
-  }
-  if (sweep.adopted() || sweep.stated) {
-    early.reset();
-    look("scanner_sweep",
-         [&](Recording& all) { front_end.look_ahead(all_wheels(all, input.ended)); });
-  }
-  if (settings.calibrate_mountings) {
-    look("scanner_lean", [&](Recording& all) {
-      const auto lean = find_lean(all, settings.scan_odometry, metrics, input.ended);
-      if (!lean) return;
-      early.reset();
-      front_end.correct_level_scanner(*lean);
-    });
-  }
-  if (!settings.calibrate_wheels) return;
-  std::optional<WheelScale::Found> scale;
-  if (early) {
-    const auto timer = metrics.time("wheel_scale");
-    scale = early->found();
-  } else {
-    look("wheel_scale",
-         [&](Recording& all) { scale = find_wheel_scale(all, settings, front_end, input.ended); });
-  }
-  if (!scale) return;
-  // Scans that hold (nearly) all of the path bear the map without wheels that are plainly wrong.
-  constexpr double kHeld = 0.95;
-  const bool without = scale->held >= kHeld;
-  if (tell_wheel_scale(*scale, without, metrics)) {
-    front_end.begin_wheels(*scale);
-  } else if (scale->adoption.adopted && without) {
-    front_end.leave_wheels();
-  }
+  FirstLooks(input, front_end).look();
 }
 
 }  // namespace lamina::apps
