@@ -4,119 +4,11 @@
 #include <utility>
 
 #include <lamina/frontend/obstacles/floor_walk.hpp>
+#include <lamina/frontend/obstacles/rim_profile.hpp>
 #include <lamina/models/checked_cast.hpp>
 
 namespace lamina {
 namespace {
-
-// Samples of floor before the rim, of ground behind it; and how many of them must have been
-// measured.
-constexpr int kBefore = 16, kShort = 3, kBehind = 5, kMeasuredBefore = 4, kMeasuredBehind = 2;
-constexpr float kSigmas = 3.5F, kSame = 2;
-constexpr float kLateral = 0.5F;  // px [Barron2013]
-
-// Residuals of one line's pixels against a floor (px of disparity; NaN: missing).
-class Profile {
- public:
-  Profile(const ScanView& view, const WalkLine& line, const WalkPlane& plane)
-      : view_(view), line_(line), plane_(plane) {
-    const double u = static_cast<double>(line.u0), v = static_cast<double>(line.v0);
-    outward0_ = view.ray(u, v).head<2>().dot(line.direction);
-    outward_step_ = view.ray(u + static_cast<double>(line.du), v + static_cast<double>(line.dv))
-                        .head<2>()
-                        .dot(line.direction) -
-                    outward0_;
-  }
-
-  double range(double i) const {
-    const double d = static_cast<double>(expected(static_cast<float>(i)));
-    const double outward = std::max(0.0, outward0_ + i * outward_step_);
-    return d > 1e-9 ? view_.noise.focal_baseline / d * outward : 1e9;
-  }
-  /// First sample beyond a range: ranges grow along the line.
-  int sample_at(double range_m) const {
-    int low = 0, high = line_.samples;
-    while (low < high) {
-      const int middle = (low + high) / 2;
-      if (range(middle) < range_m) {
-        low = middle + 1;
-      } else {
-        high = middle;
-      }
-    }
-    return low;
-  }
-  /// Is there floor from sample i on: most of the next were seen, and lie as high as those before?
-  bool is_floor(int i) const {
-    float behind = 0;
-    int m = 0;
-    for (int k = i; k < i + kBehind; ++k) add(k, behind, m);
-    return 2 * m > kBehind && std::abs(drop(i, kBehind)) < kSame;
-  }
-  /// How far the mean of `count` samples from `i` on lies below the `kBefore` before it, in
-  /// sigmas; 0 where too little was seen.
-  float drop(int i, int count) const {
-    float before = 0, behind = 0;
-    int n = 0, m = 0;
-    for (int k = i - kBefore; k < i; ++k) add(k, before, n);
-    for (int k = i; k < i + count; ++k) add(k, behind, m);
-    if (n < kMeasuredBefore || m < kMeasuredBehind) return 0;
-    return (before / static_cast<float>(n) - behind / static_cast<float>(m)) / sigma(m);
-  }
-  /// m from the last sample before i that was measured to the first from there on.
-  double unseen(int i) const {
-    int last = i - 1, first = i;
-    while (last > i - kBefore && !measured(last)) --last;
-    while (first < i + kBehind && !measured(first)) ++first;
-    return range(first) - range(last);
-  }
-  /// The longest way (m) across a pit's corner that may show no drop: the ground below it lies
-  /// c h / range lower at the rim and nothing lower where the way ends, half that in the mean, of
-  /// which noise hides kSigmas; and two samples must be seen at all.
-  double hidden_way(double at) const {
-    const double i = sample_at(at);
-    const double d = static_cast<double>(expected(static_cast<float>(i)));
-    const double noise = static_cast<double>(kSigmas * sigma(kMeasuredBehind));
-    return 2 * noise * at / std::max(d, 1e-3) + kMeasuredBehind * (range(i) - range(i - 1));
-  }
-
- private:
-  float expected(float i) const {
-    const float u = line_.u0 + i * line_.du - static_cast<float>(view_.cx);
-    const float v = line_.v0 + i * line_.dv - static_cast<float>(view_.cy);
-    return plane_.disparity.x() * u + plane_.disparity.y() * v + plane_.disparity.z();
-  }
-  // Of the mean of m samples (px). Neighbours along the line share their noise: three are one.
-  float sigma(int m) const {
-    const float own = static_cast<float>(view_.noise.disparity_sigma);
-    const float slope = plane_.disparity.x() * line_.du + plane_.disparity.y() * line_.dv;
-    const float aside = kLateral * slope;
-    return std::sqrt(own * own + aside * aside / static_cast<float>(m));
-  }
-  bool measured(int i) const {
-    float ignored = 0;
-    int n = 0;
-    add(i, ignored, n);
-    return n > 0;
-  }
-  void add(int i, float& sum, int& n) const {
-    if (i < 0 || i >= line_.samples) return;
-    const float fi = static_cast<float>(i);
-    const int u = static_cast<int>(line_.u0 + fi * line_.du + 0.5F);
-    const int v = static_cast<int>(line_.v0 + fi * line_.dv + 0.5F);
-    const float d = view_.image->row(v)[u];
-    if (!(d > 0)) return;
-    const float fu = static_cast<float>(u) - static_cast<float>(view_.cx);
-    const float fv = static_cast<float>(v) - static_cast<float>(view_.cy);
-    sum += d - (plane_.disparity.x() * fu + plane_.disparity.y() * fv + plane_.disparity.z());
-    ++n;
-  }
-
-  const ScanView& view_;
-  const WalkLine& line_;
-  const WalkPlane& plane_;
-  double outward0_ = 0, outward_step_ = 0;
-};
 
 // The straight line through the last ends of a rim: 1 / range = a cos + b sin of the azimuth.
 class StraightRim {
@@ -153,7 +45,7 @@ struct Rim {
   bool known = false;
 
   /// Between the last floor and the first ground seen below lies the rim.
-  double reach(const Profile& profile, double from) const {
+  double reach(const RimProfile& profile, double from) const {
     constexpr int kFarthest = 8;  // samples
     return std::min(from + gap, profile.range(profile.sample_at(from) + kFarthest));
   }
@@ -191,12 +83,12 @@ void take(const Rim& rim, double range, BeamCause cause, WalkEnd& to) {
 }
 
 // Tries to carry the rim on to the line of `to`.
-bool carry(const Profile& profile, const Rim& rim, double expected, WalkEnd& to) {
+bool carry(const RimProfile& profile, const Rim& rim, double expected, WalkEnd& to) {
   const int first = profile.sample_at(expected) - 2;
   const int last = profile.sample_at(rim.reach(profile, expected)) + 2;
   int best = -1;
-  float most = kSigmas;
-  for (const int behind : {kShort, kBehind}) {
+  float most = RimProfile::kSigmas;
+  for (const int behind : {RimProfile::kShort, RimProfile::kBehind}) {
     for (int i = first; i <= last; ++i) {
       const float drop = profile.drop(i, behind);
       if (drop > most) {
@@ -206,10 +98,15 @@ bool carry(const Profile& profile, const Rim& rim, double expected, WalkEnd& to)
     }
   }
   if (best < 0) return false;
-  take(rim, profile.range(best - 0.5), rim.end.cause, to);
-  to.footprint = std::max(0.0, profile.range(best) - profile.range(best - 1));
+  // It ends the floor that this line has before it: the side of a ramp goes on from the ramp.
+  const int floor = profile.floor_before(best);
+  const RimProfile ended = profile.on(floor);
+  take(rim, ended.range(best - 0.5), rim.end.cause, to);
+  to.plane = floor;
+  to.height = ended.height(to.range);
+  to.footprint = std::max(0.0, ended.range(best) - ended.range(best - 1));
   to.sample = best - 1;
-  to.unseen = profile.unseen(best);
+  to.unseen = ended.unseen(best);
   to.faded = rim.end.faded;
   return true;
 }
@@ -242,8 +139,7 @@ class Growth {
     const bool post = end.cause == BeamCause::kObstacle && end.range < expected + rim_.gap;
     const bool before = post || end.range < expected - 3 * rim_.end.footprint;
     if (end.sample < 0 || lines_[j].samples == 0 || before) return skip(kPost);
-    const WalkPlane& plane = planes_.planes[static_cast<std::size_t>(rim_.end.plane)];
-    const Profile profile(view_, lines_[j], plane);
+    const RimProfile profile(view_, lines_[j], planes_, rim_.end.plane);
     const bool may_be_hidden = rim_.straight.known() && aside <= profile.hidden_way(expected);
     if (rim_.on < 0 && carry(profile, rim_, expected, end)) return meet(azimuth, end);
     if (rim_.on < 0) rim_.on = may_go_on() ? lines_of_half_a_footprint(rim_.end, line_step_) : 0;

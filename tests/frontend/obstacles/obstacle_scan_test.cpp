@@ -143,6 +143,36 @@ DepthFrame crest(bool ground) {
   return f;
 }
 
+// A ramp of 2 m width on a level floor, its foot at x = 2: rims along its sides, none beside it or
+// before its foot. Depth is rounded to disparities' eighths, as sensors do.
+TEST(ObstacleScanner, TheRimsOfARampAreItsSides) {
+  constexpr double kFoot = 2, kHalf = 1;
+  for (const double degrees : {3.0, 5.0, 8.0, 12.0}) {
+    const double slope = std::tan(degrees * M_PI / 180);
+    DepthFrame f = empty_frame(0.26, 0.5);
+    draw(f, [&](const Ray& o, const Ray& d) -> double {
+      const double floor = level(o, d, 0), along = d.z() - slope * d.x();
+      const double ramp = along < 0 ? (slope * (o.x() - kFoot) - o.z()) / along : 0;
+      const Eigen::Vector3d p = o + d * ramp;
+      const bool on = ramp > 0 && p.x() > kFoot && std::abs(p.y()) < kHalf;
+      const double depth = on ? ramp : floor > 0 ? std::min(floor, (6 - o.x()) / d.x()) : 0;
+      const double eighths = 8 * f.camera.noise.focal_baseline / depth;
+      return depth > 0 ? 8 * f.camera.noise.focal_baseline / std::round(eighths) : 0;
+    });
+    const ObstacleScan s = scan_of(f);
+    int rims = 0;
+    for (std::size_t i = 0; i < s.size(); ++i) {
+      if (!is_negative(s.cause[i]) || s.sigma[i] > 0.05F) continue;
+      const double r = static_cast<double>(s.range[i]);
+      const double x = r * std::cos(s.angle(i)), y = r * std::sin(s.angle(i));
+      EXPECT_GT(x, kFoot) << degrees;
+      EXPECT_LT(std::abs(y), kHalf + 0.15) << degrees << " at " << x;
+      ++rims;
+    }
+    EXPECT_GT(rims, degrees > 3 ? 20 : 0) << degrees;
+  }
+}
+
 TEST(ObstacleScanner, TheUpperEndOfARampIsNoRim) {
   const ObstacleScan s = scan_of(crest(true));
   EXPECT_EQ(count(s, BeamCause::kHole) + count(s, BeamCause::kLedge), 0);
