@@ -43,6 +43,25 @@ Scored lowest_large(std::span<const Scored> all, double best) {
   return chosen;
 }
 
+constexpr double kTilted = 1.5 * kDegree;  // a floor is by no more, in the eyes of its mounting
+constexpr double kOff = 0.04;              // m: how high such a plane lies off at most
+
+// May it be the floor, where this much is known of the mounting?
+bool fits(const Scored& s, const FloorPrior& prior) {
+  const double limit = s.tilt > kTilted && prior.rigid() ? kOff : prior.rigid() ? 0.15 : 0.3;
+  return std::abs(s.height_error) <= limit;
+}
+
+// Of the best score; `as_before`: of those that lie as the mounting has it.
+Scored best_of(std::span<const Scored> all, bool as_before) {
+  Scored best;
+  for (const Scored& s : all) {
+    if (as_before && (s.tilt > kTilted || std::abs(s.height_error) > kOff)) continue;
+    if (best.index < 0 || s.score > best.score) best = s;
+  }
+  return best;
+}
+
 bool rivals(std::span<const Scored> all, const Scored& chosen) {
   for (const Scored& s : all) {
     if (s.index == chosen.index || s.score < 0.6 * chosen.score) continue;
@@ -108,12 +127,11 @@ FloorChoice choose_floor(std::span<const FloorCandidate> planes, double frame_pi
   if (all.empty()) return refuse(FloorStatus::kNoFloor, "no plane lies as a floor would");
   Scored chosen;
   if (prior.knowledge != MountingKnowledge::kUnknown) {
-    for (const Scored& s : all) {
-      if (chosen.index < 0 || s.score > chosen.score) chosen = s;
-    }
-    const bool tilted = chosen.tilt > 1.5 * kDegree;
-    const double limit = tilted && prior.rigid() ? 0.04 : prior.rigid() ? 0.15 : 0.3;
-    if (std::abs(chosen.height_error) > limit) {
+    chosen = best_of(all, false);
+    // A ramp or a stair may fill the view, and the floor before it lie where it always did.
+    if (!fits(chosen, prior) && prior.knowledge == MountingKnowledge::kTracked)
+      chosen = best_of(all, true);
+    if (chosen.index < 0 || !fits(chosen, prior)) {
       return refuse(FloorStatus::kAmbiguous,
                     "planes lie flat but not where the floor is: stairs or a ramp");
     }

@@ -1,5 +1,6 @@
 // Which planes of a frame can be walked on.
 #include <cmath>
+#include <optional>
 
 #include <lamina/frontend/obstacles/floor_walk.hpp>
 
@@ -10,24 +11,23 @@ constexpr double kDegree = 0.017453292519943295;
 // Frames after which the tracked mounting stands in for a floor that was not found.
 constexpr int kTrackedFrames = 3;
 
+// The floor under the camera by the tracked mounting; none as long as that is not known.
+std::optional<WalkPlane> tracked_floor(const FloorResult& floor, const ScanView& view) {
+  if (floor.mounting.frames < kTrackedFrames || !floor.mounting.rigid || !(view.height() > 0.01))
+    return std::nullopt;
+  const Eigen::Vector3d n = view.R.transpose() * Eigen::Vector3d(0, 0, 1);
+  const double scale = -view.noise.focal_baseline / view.height();
+  WalkPlane w;
+  w.disparity = (scale * Eigen::Vector3d(n.x() / view.fx, n.y() / view.fy, n.z())).cast<float>();
+  w.camera_height = static_cast<float>(view.height());
+  return w;
+}
+
 }  // namespace
 
 WalkPlanes walk_planes(const FloorResult& floor, const ScanView& view, const ScanOptions& options) {
   WalkPlanes out;
   out.of_label.assign(256, -1);
-  if (floor.dominant < 0) {
-    // Too close to a rim to fit a floor: the tracked mounting still says where it is.
-    if (floor.mounting.frames < kTrackedFrames || !floor.mounting.rigid || !(view.height() > 0.01))
-      return out;
-    const Eigen::Vector3d n = view.R.transpose() * Eigen::Vector3d(0, 0, 1);
-    const double scale = -view.noise.focal_baseline / view.height();
-    WalkPlane w;
-    w.disparity = (scale * Eigen::Vector3d(n.x() / view.fx, n.y() / view.fy, n.z())).cast<float>();
-    w.camera_height = static_cast<float>(view.height());
-    out.planes.push_back(w);
-    out.slack = 0.01F;
-    return out;
-  }
   const SE3 T = view.T_body_camera;
   const auto add = [&](std::size_t k) {
     const ExtractedPlane& p = floor.planes[k];
@@ -42,7 +42,13 @@ WalkPlanes walk_planes(const FloorResult& floor, const ScanView& view, const Sca
     if (k < 255) out.of_label[k + 1] = static_cast<std::int16_t>(out.planes.size());
     out.planes.push_back(w);
   };
-  add(static_cast<std::size_t>(floor.dominant));
+  if (floor.dominant >= 0) {
+    add(static_cast<std::size_t>(floor.dominant));
+  } else if (const auto tracked = tracked_floor(floor, view)) {
+    // Too close to a rim, or to the crest of a ramp, to say which plane is the floor.
+    out.planes.push_back(*tracked);
+    out.slack = 0.01F;
+  }
   if (out.planes.empty()) return out;
   for (std::size_t k = 0; k < floor.planes.size(); ++k) {
     const ExtractedPlane& p = floor.planes[k];

@@ -53,6 +53,20 @@ TEST(DominantFloor, ARampAloneIsRefused) {
   EXPECT_EQ(choose({ramp}, MountingKnowledge::kCalibrated).status, FloorStatus::kAmbiguous);
 }
 
+// Half a metre before its foot a ramp fills the view; the floor before it lies where it always did.
+TEST(DominantFloor, TheFloorBeforeARampThatFillsTheView) {
+  const Plane ramp_body(Eigen::Vector3d(-std::sin(5 * kDegree), 0, std::cos(5 * kDegree)),
+                        -0.6 * std::sin(5 * kDegree));
+  const FloorCandidate ramp{kMounting.inverse() * ramp_body, 1e5, 4};
+  const FloorCandidate floor{floor_of(kMounting), 6e4, 0.4};
+  const FloorChoice known = choose({ramp, floor}, MountingKnowledge::kTracked);
+  EXPECT_EQ(known.status, FloorStatus::kFound);
+  EXPECT_EQ(known.index, 1);
+  // A tape measure's word does not make a small plane the floor.
+  EXPECT_EQ(choose({ramp, floor}, MountingKnowledge::kCalibrated).status, FloorStatus::kAmbiguous);
+  EXPECT_EQ(choose({ramp}, MountingKnowledge::kTracked).status, FloorStatus::kAmbiguous);
+}
+
 TEST(DominantFloor, StairsAloneAreRefused) {
   std::vector<FloorCandidate> treads;
   for (const double z : {0.34, 0.51, 0.68}) {

@@ -179,6 +179,26 @@ TEST(ObstacleScanner, TheUpperEndOfARampIsNoRim) {
   EXPECT_NEAR(s.floor_range[s.size() / 2], 3.5, 0.1);
 }
 
+// From a ramp, its crest half a metre ahead, little of it is left in view: the level ground beyond,
+// seen as a slope that falls away, is walked on all the same.
+TEST(ObstacleScanner, BeyondTheCrestOfARampFloorGoesOn) {
+  FloorFrontend frontend;
+  ObstacleScanner scanner;
+  for (double crest = 3; crest > 0.65; crest -= 0.1) {
+    DepthFrame f = empty_frame(0.26, 0.5);
+    draw(f, [&](const Ray& o, const Ray& d) {
+      const double z = level(o, d, 0), along = d.z() + 0.0875 * d.x();
+      if (z > 0 && o.x() + d.x() * z < crest) return z;
+      return along < 0 ? (0.0875 * (crest - o.x()) - o.z()) / along : 0;
+    });
+    const FloorResult floor = frontend.process(f);
+    const ObstacleScan s = scanner.process(f, floor);
+    if (crest > 1.2) continue;
+    EXPECT_EQ(count(s, BeamCause::kHole) + count(s, BeamCause::kLedge), 0) << crest;
+    EXPECT_GT(s.floor_range[s.size() / 2], 2) << crest << ' ' << floor.reason;
+  }
+}
+
 TEST(ObstacleScanner, ARampThatEndsInTheAirIsOne) {
   const ObstacleScan s = scan_of(crest(false));
   EXPECT_EQ(s.cause[s.size() / 2], BeamCause::kHole);
