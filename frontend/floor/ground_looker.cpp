@@ -143,8 +143,22 @@ class GroundLooker::Walk {
     // Astride two surfaces it lies on neither.
     if (high - low > 4 * sigma_ + 2 * std::abs(plane_.x()) + 2 * std::abs(plane_.y())) return;
     const float height = camera_height_ * off / d, sigma = camera_height_ * f / (d * d) * sigma_;
-    off > 0 ? add_raised(u, v, point(um, vm, d), height, sigma)
-            : add_sunk(point(um, vm, f), height, sigma);
+    if (off < 0) return add_sunk(point(um, vm, f), height, sigma);
+    const float shown = rows_up(u, v, d);
+    const float to_edge = shown > 0 ? camera_height_ * shown * plane_.y() / d : 0;
+    add_raised(u, v, point(um, vm, d), {height, height + to_edge, sigma});
+  }
+
+  // Rows from the middle of a square to the upper edge of what it is on, where that ends before the
+  // next square: halfway between the last pixel on it and the first beyond. 0 where it goes on.
+  float rows_up(int u, int v, float d) const {
+    const auto on = [&](int row) {
+      if (row < 0) return true;
+      const float* p = image_.row(row) + u;
+      const float off = 0.5F * (p[0] + p[1]) - d;
+      return p[0] > 0 && p[1] > 0 && std::abs(off) <= kSigmas * sigma_ + 2 * std::abs(plane_.y());
+    };
+    return !on(v - 1) ? 1.0F : !on(v - 2) ? 2.0F : 0.0F;
   }
 
   // Of a plane that is no low thing, or a floor of its own?
@@ -161,7 +175,11 @@ class GroundLooker::Walk {
     return reference < 0 && plane.slope > kLevel && plane.height > 0.5 * static_cast<double>(kBand);
   }
 
-  void add_raised(int u, int v, const Eigen::Vector3f& p, float height, float sigma) {
+  struct Raised {
+    float height, edge, sigma;  // m above the floor: the square, the thing's edge where it shows
+  };
+  void add_raised(int u, int v, const Eigen::Vector3f& p, const Raised& seen) {
+    const auto [height, edge, sigma] = seen;
     if (height > kBand || other_thing(u, v, p)) return;
     // Too far to tell which cell it is in.
     const float range_sigma = sigma * p.head<2>().norm() / camera_height_;
@@ -173,7 +191,7 @@ class GroundLooker::Walk {
       if (above <= kSigmas * sigma) count.floor += 4;
       return;
     }
-    count.up.add(p, above, sigma);
+    count.up.add(p, above + edge - height, sigma);
   }
 
   void add_sunk(const Eigen::Vector3f& p, float height, float sigma) {

@@ -38,6 +38,25 @@ TEST(GroundLooker, MarksABoxTooSmallForASurfel) {
   }
 }
 
+// Whole squares of a face end a pixel or two below its edge (13 mm a pixel here).
+TEST(GroundLooker, AFaceIsAsHighAsItsEdge) {
+  double sum = 0;
+  int seen = 0;
+  for (const double height : {0.07, 0.074, 0.078, 0.082, 0.086, 0.09}) {
+    const Piece face{Plane({-1, 0, 0}, -1.6), [=](const Eigen::Vector3d& p) {
+                       return std::abs(p.y()) < 0.1 && p.z() > 0 && p.z() < height;
+                     }};
+    FloorFrontend frontend;
+    const DepthFrame frame = draw({floor_piece(), face}, small_test_camera(0.3), 0.01, 1);
+    for (const GroundMark& mark : frontend.process(frame).look.marks) {
+      sum += static_cast<double>(mark.height + mark.sigma) - height;
+      ++seen;
+    }
+  }
+  ASSERT_GE(seen, 12);
+  EXPECT_NEAR(sum / seen, 0, 0.01);  // -0.024 as long as their middles counted
+}
+
 TEST(GroundLooker, MarksAHoleWhereTheLineOfSightPassesTheFloor) {
   Piece floor = floor_piece();
   floor.inside = [](const Eigen::Vector3d& p) {
