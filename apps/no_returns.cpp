@@ -1,7 +1,10 @@
 // Returns from afar, and empty beams against walls.
 #include <lamina/apps/no_returns.hpp>
 
+#include <algorithm>
 #include <cmath>
+
+#include <lamina/apps/open_sectors.hpp>
 
 namespace lamina::apps {
 namespace {
@@ -18,7 +21,31 @@ bool is_empty(const LaserScan& scan, std::size_t i) {
          r >= static_cast<double>(static_cast<float>(scan.range_max));
 }
 
+// Does what beam i met leave the scanner's range with the next one, away from beam `before`?
+bool leaves_range(const LaserScan& scan, std::ptrdiff_t i, std::ptrdiff_t before) {
+  const auto count = static_cast<std::ptrdiff_t>(scan.size());
+  if (i < 0 || i >= count) return false;  // the scan ends: nobody looked
+  const auto range = [&](std::ptrdiff_t k) {
+    const bool there = k >= 0 && k < count && scan.valid(static_cast<std::size_t>(k));
+    return there ? static_cast<double>(scan.ranges[static_cast<std::size_t>(k)]) : 0.0;
+  };
+  const double here = range(i), was = range(before) > 0 ? range(before) : here;
+  return here + std::max(0.0, here - was) >= kFarthest * scan.range_max;
+}
+
 }  // namespace
+
+std::vector<char> open_sectors(const LaserScan& scan) {
+  std::vector<char> open(scan.size(), 0);
+  if (!(scan.range_max > 0)) return open;
+  for (std::size_t from = 0, to = 0; from < scan.size(); from = to + 1) {
+    for (to = from; to < scan.size() && !scan.valid(to);) ++to;
+    const auto first = static_cast<std::ptrdiff_t>(from), end = static_cast<std::ptrdiff_t>(to);
+    if (!leaves_range(scan, first - 1, first - 2) || !leaves_range(scan, end, end + 1)) continue;
+    for (std::size_t i = from; i < to; ++i) open[i] = came_back_empty(scan, i);
+  }
+  return open;
+}
 
 bool came_back_empty(const LaserScan& scan, std::size_t i) {
   if (!(scan.range_max > 0) || !is_empty(scan, i)) return false;

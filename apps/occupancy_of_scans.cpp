@@ -6,6 +6,7 @@
 #include <map>
 #include <utility>
 
+#include <lamina/apps/open_sectors.hpp>
 #include <lamina/apps/ordered_batch.hpp>
 
 namespace lamina::apps {
@@ -29,15 +30,24 @@ OccupancyOptions with_scanner(OccupancyOptions options, const SE3& T_map_lidar, 
   return options;
 }
 
+// Which beams without return clear.
+std::vector<char> empty_beams(const LaserScan& scan, bool clear, NoReturn mode) {
+  if (clear && mode == NoReturn::kAuto) return open_sectors(scan);
+  std::vector<char> empty(scan.size(), 0);
+  for (std::size_t i = 0; i < scan.size() && clear; ++i) empty[i] = came_back_empty(scan, i);
+  return empty;
+}
+
 // A beam that ends on the ground met nothing in the robot's way.
 std::vector<OccupancyBeam> beams_of(const LaserScan& scan, const SE3& T_map_lidar,
-                                    const GroundHits& ground, bool empty_is_free) {
+                                    const GroundHits& ground,
+                                    const std::vector<char>& empty_is_free) {
   constexpr double kNear = 0.05;  // m; and a third of the scanner's height
   const double near = std::min(kNear, scan.lidar.T_body_lidar.translation().z() / 3);
   std::vector<OccupancyBeam> beams;
   for (std::size_t i = 0; i < scan.size(); ++i) {
     if (!scan.valid(i)) {
-      if (empty_is_free && came_back_empty(scan, i)) {
+      if (empty_is_free[i] != 0) {
         const double a = scan.angle(i), r = scan.range_max;
         beams.push_back({{r * std::cos(a), r * std::sin(a)}, 0, false, false});
       }
@@ -106,9 +116,10 @@ ScanOccupancy occupancy_of_scans(const ForEachScan& for_each_scan, const Traject
   const auto add = [&](std::optional<OccupancyGrid>& grid, const io::KeptScan& kept,
                        const SE3& T_map_lidar, double under, const OccupancyGrid* first_grid) {
     if (!grid) grid.emplace(with_scanner(occupancy_options(settings), T_map_lidar, under));
-    const bool empty_is_free = first_grid != nullptr && free[kept.scan.range_max];
+    const bool clear = first_grid != nullptr && free[kept.scan.range_max];
     batch.add(*grid, T_map_lidar,
-              beams_of(kept.scan, T_map_lidar, kept.from_depth ? none : ground, empty_is_free),
+              beams_of(kept.scan, T_map_lidar, kept.from_depth ? none : ground,
+                       empty_beams(kept.scan, clear, settings.no_return_is_free)),
               under, first_grid);
   };
   each(scanners, [&](const io::KeptScan& kept, const SE3& T_map_lidar, double under) {

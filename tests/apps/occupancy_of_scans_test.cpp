@@ -127,6 +127,21 @@ TEST(NoReturnIsFree, NotWhereBeamsWentThroughWalls) {
   EXPECT_TRUE(std::isnan(ahead(dark, NoReturn::kTrue, 4.5))) << "no ray clears behind a wall";
 }
 
+// On the left side walls go out of range; on the right a wall at 3 m never returns, black or glass.
+// What tells it from open space is that the wall beside it ends too near.
+TEST(NoReturnIsFree, NotBehindWhatNeverReturns) {
+  OpenEnd black(HUGE_VALF, false);
+  for (io::KeptScan& kept : black.scans) {
+    for (std::size_t i = 0; i < kept.scan.size(); ++i) {
+      float& r = kept.scan.ranges[i];
+      const double a = kept.scan.angle(i);
+      if (a < 0 && static_cast<double>(r) * std::cos(a) > 3) r = HUGE_VALF;
+    }
+  }
+  EXPECT_TRUE(std::isnan(ahead(black, NoReturn::kAuto, 4.5)));
+  EXPECT_LT(ahead(black, NoReturn::kTrue, 4.5), 0.196F);
+}
+
 // A scanner that claims 5 m and sees 1.5: nothing shows that it would have seen more.
 TEST(NoReturnIsFree, NotWhereNothingReturnedFromAfar) {
   OpenEnd near(HUGE_VALF, false);
