@@ -202,13 +202,13 @@ DiscDistance::DiscDistance(double resolution, double reach)
   wall_high_.assign(distance_.size(), -1.0F);
 }
 
-void DiscDistance::mark(int i, int j, const Support& s) {
+void DiscDistance::mark(int i, int j, const Support& s, bool of_plane) {
   if (i < -margin_ || j < -margin_ || i >= kSide + margin_ || j >= kSide + margin_) return;
   const std::size_t k = index(i, j);
   if (distance_[k] == 0.0F && s.height <= height_[k]) return;
   height_[k] = s.height;
   variance_[k] = s.variance;
-  trend_[k] = s.trend;
+  trend_[k] = of_plane ? s.trend : Trend();
   distance_[k] = 0;
 }
 
@@ -340,7 +340,8 @@ void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas) {
   const Incline incline(surfel.center, surfel.normal, surfel.covariance);
   Support s = incline.common;
   s.source = 2 * index;
-  if (surfel.parent_plane >= 0) s.trend = canvas.trends.of(surfel.parent_plane, s.trend);
+  const bool of_plane = surfel.parent_plane >= 0;
+  if (of_plane) s.trend = canvas.trends.of(surfel.parent_plane, s.trend);
   const auto at = [&](const Eigen::Vector2d& d, double rise) {
     s.height = static_cast<float>(surfel.center.z() + rise);
     s.variance = static_cast<float>(incline.variance(d));
@@ -348,14 +349,14 @@ void draw_disc(const Surfel& surfel, std::int32_t index, Canvas& canvas) {
   if (outside) {  // it only tells how far the nearest one is
     each_cell(surfel, reach, canvas, [&](int i, int j, const Eigen::Vector2d& d, double rise) {
       at(d, rise);
-      canvas.discs.mark(i, j, s);
+      canvas.discs.mark(i, j, s, of_plane);
     });
     return;
   }
   const double per_radius = surfel.radius > 0 ? 1 / surfel.radius : 0.0;
   each_cell(surfel, reach, canvas, [&](int i, int j, const Eigen::Vector2d& d, double rise) {
     at(d, rise);
-    canvas.discs.mark(i, j, s);
+    canvas.discs.mark(i, j, s, of_plane);
     if (!inside(i, j)) return;
     s.cell = cell_in(i, j);
     s.reach = static_cast<float>(std::sqrt(d.squaredNorm() + rise * rise) * per_radius);

@@ -21,8 +21,9 @@ inline bool inside(int i, int j) { return i >= 0 && j >= 0 && i < kSide && j < k
 class DiscDistance {
  public:
   DiscDistance(double resolution, double reach);
-  /// `s` at a cell relative to the tile; outside is ignored.
-  void mark(int i, int j, const Support& s);
+  /// `s` at a cell relative to the tile; outside is ignored. `of_plane`: its slope is a plane's; by
+  /// itself a disc that lies astride a step leans, too.
+  void mark(int i, int j, const Support& s, bool of_plane);
   /// Cells whose disc lies astride a step of the floor, no wider than a patch and no higher than
   /// what is one floor, are of one side.
   void sharpen(const RasterOptions& options);
