@@ -242,6 +242,7 @@ MountingEvidence correct_motions_by_images(const OpenRecording& open,
   const MotionsByImages found =
       refine_motions_by_images(open, distortion, steps, remounting, ended);
   metrics.counts["motions_by_images"] = found.told;
+  tell_against_wheels(found.against, metrics);
   if (found.mounting) tell({"camera", "images against wheels", *found.mounting}, metrics);
   return found.left;
 }

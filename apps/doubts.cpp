@@ -73,7 +73,7 @@ void add_doubts_of_ranges(const RangeNoise& noise, const RangeCheck& check, bool
                    stated, used)});
 }
 
-constexpr double kLong = 0.5;  // m of open way in a row
+constexpr double kLong = 0.5;  // m of open way in a row, or of way that wheels do not count
 
 void add_doubts_of_odometry(const std::string& input, const FrontEnd& front_end,
                             io::Metrics& metrics, std::vector<Warning>& all) {
@@ -86,12 +86,11 @@ void add_doubts_of_odometry(const std::string& input, const FrontEnd& front_end,
              "these see; are they of two clocks or two recordings? (`lamina info {}` tells)",
              input)});
   }
-  constexpr double kMoved = 0.5;  // m: farther than a robot that stands still is thought to go
-  if (front_end.odometry_never_moved() && metrics.counts["path_m"] > kMoved) {
+  if (front_end.odometry_never_moved() && metrics.counts["path_m"] > kLong) {
     all.push_back(
         {"odometry_never_moves", fmt::format("the odometry holds one pose from first to last while "
-                                             "scans tell {:.1f} m of way: it was "
-                                             "not used; was it ever connected?",
+                                             "frames and scans tell {:.1f} m of way: it was "
+                                             "not used for that; was it ever connected?",
                                              metrics.counts["path_m"])});
   }
   const double steps = metrics.counts["steps"];

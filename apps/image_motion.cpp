@@ -1,6 +1,10 @@
 // Images and steps go side by side, by their stamps.
 #include <lamina/apps/image_motion.hpp>
 
+#include <fmt/format.h>
+
+#include <cmath>
+
 #include <lamina/apps/camera_against_wheels.hpp>
 #include <lamina/apps/depth_images.hpp>
 #include <lamina/apps/mounting_calibration.hpp>
@@ -17,6 +21,7 @@ struct Told {
   std::vector<std::size_t> carried;               // steps from one place to another
   std::optional<MountingCorrection> mounting;
   MountingEvidence of_mounting;
+  AgainstWheels against;
 };
 
 Told look(Recording& recording, const DepthDistortion& distortion, const std::vector<Step>& steps,
@@ -27,7 +32,9 @@ Told look(Recording& recording, const DepthDistortion& distortion, const std::ve
             std::vector<LeftToWheels>(steps.size()),
             {},
             {},
+            {},
             {}};
+  MotionBesideWheels beside;
   PlaceWatch place;
   std::vector<std::size_t> seen;  // the images' steps
   std::size_t i = 0;
@@ -45,11 +52,8 @@ Told look(Recording& recording, const DepthDistortion& distortion, const std::ve
     const Increment& wheels = step.motion;
     const MotionGuess guess{wheels.T_from_to, wheels.covariance};
     const DepthMotion motion = odometry.process(*frame, guess);
-    const bool measured = motion.status == ScanMotion::Status::kTracked ||
-                          motion.status == ScanMotion::Status::kDegenerate;
     const bool known = follows && told_by_wheels(step);
-    if (known && measured && !motion.doubtful)
-      told.motions[i] = Increment{motion.T_prev_curr_body, motion.covariance};
+    if (known) told.motions[i] = beside.add(frame->stamp, motion);
     if (known) told.left_to_wheels[i] = left_to_wheels(motion, guess);
     camera.add(known ? std::optional(wheels) : std::nullopt, motion);
     if (!known) place = PlaceWatch();
@@ -61,10 +65,45 @@ Told look(Recording& recording, const DepthDistortion& distortion, const std::ve
   }
   told.mounting = camera.correction();
   told.of_mounting = camera.evidence();
+  told.against = beside.against();
   return told;
 }
 
 }  // namespace
+
+std::optional<Increment> MotionBesideWheels::add(Timestamp stamp, const DepthMotion& motion) {
+  const bool all = motion.status == ScanMotion::Status::kTracked && !motion.doubtful;
+  const bool some = motion.status == ScanMotion::Status::kDegenerate && !motion.doubtful;
+  Increment increment{motion.T_prev_curr_body, motion.covariance};
+  if (motion.against_wheels_m > 0) {
+    const double metres = motion.against_wheels_m, radians = motion.against_wheels_rad;
+    if (against_.images++ == 0) against_.first = stamp;
+    against_.last = stamp;
+    against_.metres += metres;
+    against_.radians += radians;
+    off_ << metres, metres, 0, 0, 0, radians;
+  } else if (all) {
+    off_.setZero();
+  } else {  // what this image leaves open wheels that were wrong just now do not tell
+    increment.covariance.diagonal() += off_.cwiseAbs2();
+  }
+  return all || some || !off_.isZero() ? std::optional(increment) : std::nullopt;
+}
+
+void tell_against_wheels(const AgainstWheels& against, io::Metrics& metrics) {
+  metrics.counts["images_against_wheels"] = static_cast<double>(against.images);
+  constexpr double kNoSlip = 0.5;  // m or rad in sum
+  if (!(against.metres > kNoSlip || against.radians > kNoSlip)) return;
+  metrics.warn(
+      "odometry_contradicted",
+      fmt::format(
+          "{} images from {:.1f} to {:.1f} s tell clearly another motion than the odometry, "
+          "which is {:.1f} m and {:.0f} degrees off there in sum: wheels that slip, stand "
+          "still or count wrong. Taken from the images, but what they leave open there is a "
+          "guess",
+          against.images, against.first.seconds(), against.last.seconds(), against.metres,
+          against.radians * 180 / M_PI));
+}
 
 MotionsByImages refine_motions_by_images(const OpenRecording& open,
                                          const DepthDistortion& distortion,
@@ -78,6 +117,7 @@ MotionsByImages refine_motions_by_images(const OpenRecording& open,
     told = look(*open(), distortion, steps, ended);
   }
   result.left = told.of_mounting;
+  result.against = told.against;
   for (const std::size_t i : told.carried) steps[i].tracking_lost = true;
   for (std::size_t i = 0; i < steps.size(); ++i) {
     steps[i].left_to_wheels = told.left_to_wheels[i];

@@ -7,18 +7,43 @@
 #include <vector>
 
 #include <lamina/apps/front_end.hpp>
+#include <lamina/frontend/odometry/depth_odometry.hpp>
 #include <lamina/frontend/segments/mounting_correction.hpp>
 #include <lamina/frontend/segments/mounting_evidence.hpp>
+#include <lamina/io/metrics.hpp>
 #include <lamina/sensors/recording.hpp>
 
 namespace lamina::apps {
 
 using OpenRecording = std::function<std::unique_ptr<Recording>()>;
 
+/// Images that tell clearly another motion than wheels.
+struct AgainstWheels {
+  std::int64_t images = 0;
+  Timestamp first, last;
+  double metres = 0, radians = 0;  ///< sums of what the wheels are off
+};
+
+/// What an image tells, against wheels that it contradicts, the images before it contradicted, or
+/// none: nullopt where the wheels' motion stays.
+class MotionBesideWheels {
+ public:
+  std::optional<Increment> add(Timestamp stamp, const DepthMotion& motion);
+  const AgainstWheels& against() const { return against_; }
+
+ private:
+  AgainstWheels against_;
+  Vector6d off_ = Vector6d::Zero();  ///< of the wheels, by the last image that told (m, rad)
+};
+
+/// Counts of it, and a warning where it is no slip that images mended.
+void tell_against_wheels(const AgainstWheels& against, io::Metrics& metrics);
+
 struct MotionsByImages {
   int told = 0;                                ///< steps whose motions images tell now
   std::optional<MountingCorrection> mounting;  ///< what was done to the camera's mounting
   MountingEvidence left;                       ///< what images say of it as it is then
+  AgainstWheels against;                       ///< of the wheels
 };
 
 /// A second look over the depth images, once errors of wheels and mountings are out of the steps:

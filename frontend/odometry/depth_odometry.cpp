@@ -5,32 +5,11 @@
 #include <algorithm>
 
 #include <lamina/frontend/odometry/block_matching.hpp>
+#include <lamina/frontend/odometry/depth_odometry_parts.hpp>
 #include <lamina/frontend/odometry/moving_blocks.hpp>
 #include <lamina/frontend/odometry/travel.hpp>
 
 namespace lamina {
-
-/// Of the next image, before it is looked at. Camera frame.
-struct DepthOdometry::Expectation {
-  SE3 T_prev_curr;
-  Matrix6d covariance = Matrix6d::Zero(), information = Matrix6d::Zero();
-  double sigma_velocity = 0, sigma_turn = 0;  ///< m, rad: where nothing but the last motion tells
-  bool by_wheels = false;
-  void widen(double sigma_translation, double sigma_rotation) {
-    covariance.diagonal().head<3>().array() += sigma_translation * sigma_translation;
-    covariance.diagonal().tail<3>().array() += sigma_rotation * sigma_rotation;
-    information = covariance.ldlt().solve(Matrix6d::Identity());
-  }
-};
-
-struct DepthOdometry::Alignment {
-  SE3 T_world_camera;
-  Matrix6d information = Matrix6d::Zero();  ///< of the image alone
-  Vector6d pull = Vector6d::Zero();         ///< information (by the image alone - as aligned)
-  int unknown = 6;
-  std::vector<Vector6d> open;  ///< the unknown directions, camera tangents
-  double matched = 0, rms = 0;
-};
 
 DepthOdometry::DepthOdometry(const DepthOdometryOptions& options) : options_(options) {}
 
@@ -116,95 +95,6 @@ double DepthOdometry::fit(const DepthBlocks& current, const SE3& T_world_camera)
   return sums.tried > 0 ? sums.agreement / sums.tried : 0;
 }
 
-std::vector<SE3> DepthOdometry::other_starts(const SE3& predicted, const SE3& T_body_camera,
-                                             double sigma_turn) const {
-  const double reach = 3 * sigma_turn, step = options_.coarse_gate / keys_.back().median_depth;
-  std::vector<SE3> starts;
-  if (reach <= step) return starts;
-  // The turn has ended; the way goes on.
-  starts.emplace_back(T_world_camera_.so3(), predicted.translation());
-  const int each_way = std::min(8, static_cast<int>(std::ceil(reach / step)));
-  for (int k = 1; k <= each_way; ++k) {
-    for (const double turn : {k * step, -k * step}) {
-      const SE3 about_body(SO3::rot_z(turn), Eigen::Vector3d::Zero());
-      starts.push_back(predicted * T_body_camera.inverse() * about_body * T_body_camera);
-    }
-  }
-  return starts;
-}
-
-// Blocks that leave the view speak for not turning: beside wheels, which do not grope, they must
-// not be asked.
-double DepthOdometry::gain(const DepthBlocks& current, const SE3& from, const SE3& to) const {
-  const KeyFrame& key = keys_.back();
-  const SE3 T_key_world = key.T_world_camera.inverse();
-  return gained_agreement(
-      key.blocks, current, T_key_world * from, T_key_world * to, options_.coarse_stride,
-      {0, 4, 0, static_cast<float>(options_.min_normal_cosine), surface_variance()}, true);
-}
-
-std::optional<SE3> DepthOdometry::search(const DepthBlocks& current, const Expectation& e,
-                                         const SE3& T_body_camera, const std::vector<SE3>& starts,
-                                         const Alignment& a) const {
-  const double as_it_is = e.by_wheels ? 0 : fit(current, a.T_world_camera);
-  double best = options_.search_gain;
-  std::optional<SE3> better;
-  for (const SE3& start : starts) {
-    Alignment tried;
-    tried.T_world_camera = start;
-    align(current, start, e.information, tried, options_.coarse_iterations, e.by_wheels ? 0 : 2);
-    // Most starts beside right wheels come back to where they say: no fine steps for these.
-    if (e.by_wheels) {
-      if (gain(current, a.T_world_camera, tried.T_world_camera) <= 0.5 * best) continue;
-      align(current, start, e.information, tried, 0, 2);
-    }
-    // Without wheels it must fit more in all, and of what both have in view: along a bare wall any
-    // place fits, and that which shares more of the view would win.
-    double gained = gain(current, a.T_world_camera, tried.T_world_camera);
-    if (gained <= best) continue;
-    if (!e.by_wheels) gained = std::min(gained, fit(current, tried.T_world_camera) - as_it_is);
-    if (gained <= best || (e.by_wheels && !slipped(a, tried, T_body_camera))) continue;
-    best = gained;
-    better = start;
-  }
-  return better;
-}
-
-// A bare floor fits however the camera turns, and a wall however it slides along it.
-bool DepthOdometry::slipped(const Alignment& a, const Alignment& b,
-                            const SE3& T_body_camera) const {
-  const SE3 T_b_a = b.T_world_camera.inverse() * a.T_world_camera;
-  const Vector6d d = T_b_a.log();
-  const SE3 of_body = T_body_camera * T_b_a * T_body_camera.inverse();
-  return d.dot(b.information * d) > options_.told_chi_squared &&
-         of_body.translation().norm() <
-             options_.fine_gate + options_.half_track * of_body.so3().log().norm();
-}
-
-void DepthOdometry::slide(const DepthBlocks& current, const Matrix6d& prior, Alignment& a) const {
-  const KeyFrame& key = keys_.back();
-  const SE3 T_key_now = key.T_world_camera.inverse() * a.T_world_camera;
-  const BlockGate gate{0, 4, 0, static_cast<float>(options_.min_normal_cosine), surface_variance()};
-  double best = 0;
-  std::optional<SE3> better;
-  for (const Vector6d& direction : a.open) {
-    const double sigma = 1 / std::sqrt(direction.dot(prior * direction));
-    for (const double sigmas : {0.25, -0.25, 0.5, -0.5, 1.0, -1.0, 2.0, -2.0}) {
-      const SE3 start = a.T_world_camera * SE3::exp(sigmas * sigma * direction);
-      const SE3 T_key_start = key.T_world_camera.inverse() * start;
-      const double found = gained_agreement(key.blocks, current, T_key_now, T_key_start,
-                                            options_.coarse_stride, gate) -
-                           options_.slide_gain * (1 + sigmas * sigmas);
-      if (found <= best) continue;
-      best = found;
-      better = start;
-    }
-  }
-  if (!better) return;
-  a.T_world_camera = *better;
-  align(current, *better, prior, a, 0, options_.fine_iterations);
-}
-
 // Ahead and in heading as before. Sideways and up to the usual velocity: who carries a camera along
 // a wall and looks at it goes on, what sways comes back. Roll and pitch come to rest, or where
 // surfaces leave them open a body that sways is turned over.
@@ -222,6 +112,8 @@ SE3 DepthOdometry::going_on(double dt, const SE3& T_body_camera) const {
 DepthOdometry::Expectation DepthOdometry::expect(double dt, const SE3& T_body_camera,
                                                  const std::optional<MotionGuess>& guess) const {
   Expectation e;
+  e.T_body_camera = T_body_camera;
+  e.T_going_on = guess ? SE3::exp(dt * velocity_) : going_on(dt, T_body_camera);
   const double ratio = std::max(1.0, dt / options_.frame_time);
   if (guess) {
     e.T_prev_curr = T_body_camera.inverse() * guess->T_prev_curr_body * T_body_camera;
@@ -230,7 +122,7 @@ DepthOdometry::Expectation DepthOdometry::expect(double dt, const SE3& T_body_ca
     e.covariance.diagonal().array() += 1e-9;
     e.by_wheels = true;
   } else {
-    e.T_prev_curr = going_on(dt, T_body_camera);
+    e.T_prev_curr = e.T_going_on;
   }
   e.sigma_velocity = options_.sigma_velocity * ratio;
   e.sigma_turn = options_.sigma_turn * ratio;
@@ -244,36 +136,6 @@ DepthOdometry::Alignment DepthOdometry::aligned_as_expected(const DepthBlocks& c
   const SE3 predicted = T_world_camera_ * e.T_prev_curr;
   a.T_world_camera = predicted;
   align(current, predicted, e.information, a, options_.coarse_iterations, options_.fine_iterations);
-  return a;
-}
-
-bool DepthOdometry::contradicted(const DepthBlocks& current, const Alignment& a) const {
-  if (usual_.worse(a.matched)) return true;
-  const SE3 no_turn(T_world_camera_.so3(), a.T_world_camera.translation());
-  return gain(current, a.T_world_camera, no_turn) > 0.5 * options_.search_gain;
-}
-
-DepthOdometry::Alignment DepthOdometry::locate(const DepthBlocks& current, const SE3& T_body_camera,
-                                               Expectation& e) const {
-  Alignment a = aligned_as_expected(current, e);
-  if (keys_.empty()) return a;
-  const bool fits = e.by_wheels ? !contradicted(current, a)
-                                : a.matched >= options_.search_matched && a.unknown == 0;
-  if (!fits) {
-    Expectation other = e;  // of other starts: wheels that slip tell no more than the last motion
-    if (e.by_wheels) other.widen(e.sigma_velocity, e.sigma_turn);
-    const SE3 predicted = T_world_camera_ * e.T_prev_curr;
-    const auto better = search(current, other, T_body_camera,
-                               other_starts(predicted, T_body_camera, e.sigma_turn), a);
-    if (better) {
-      e = other;
-      // What surfaces leave open stays as this start has it.
-      a.T_world_camera = *better;
-      align(current, *better, e.information, a, options_.coarse_iterations,
-            options_.fine_iterations);
-    }
-  }
-  slide(current, e.information, a);
   return a;
 }
 
@@ -297,8 +159,10 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   // With what is left, other starts and places along open directions are not believed again: a
   // person who walked by made a map 0.17 m off of it, and nothing said so.
   if (motion.moving > 0) {
+    const bool overruled = expected.overruled;
     expected = at_first;
     a = aligned_as_expected(current, expected);
+    if (overruled) overrule(current, expected, a);
     last_moving_ = frame.stamp;
   }
   const bool unlike =
@@ -318,6 +182,11 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   motion.rms = a.rms;
   const SE3 step = lost ? expected.T_prev_curr : T_world_camera_.inverse() * a.T_world_camera;
   motion.T_prev_curr_body = T_body_camera * step * T_body_camera.inverse();
+  if (!lost && expected.overruled) {
+    const SE3 off = at_first.T_prev_curr.inverse() * step;
+    motion.against_wheels_m = off.translation().norm();
+    motion.against_wheels_rad = off.so3().log().norm();
+  }
   motion.doubtful = !lost && doubts(expected, step, frame.stamp);
   Matrix6d covariance = lost ? expected.covariance : covariance_of(a, expected, step);
   if (motion.doubtful) covariance += expected.covariance;

@@ -78,6 +78,9 @@ struct DepthMotion {
   /// this one does.
   double heading_guessed = 0;
   bool key_frame = false;  ///< this frame became one
+  /// The image tells clearly another motion than wheels: m and rad that these are off; 0: it does
+  /// not.
+  double against_wheels_m = 0, against_wheels_rad = 0;
 };
 
 /// Projective association, Gauss-Newton on point-to-plane distances weighted by the disparity noise
@@ -120,6 +123,13 @@ class DepthOdometry {
   /// An alignment that began from a guess fits worse than usual, or worse than if the turn had not
   /// been: a wheel may have slipped.
   bool contradicted(const DepthBlocks& current, const Alignment& alignment) const;
+  /// Wheels that slip, stand while the body moves, or drive on while it stands: where the image,
+  /// laid without them, tells clearly another place, that place and the last motion's sureness take
+  /// theirs. True where they did.
+  bool overrule(const DepthBlocks& current, Expectation& expected, Alignment& alignment) const;
+  /// The image may contradict wheels: its blocks pull away from where they say, or fit badly there.
+  bool pulls_away(const DepthBlocks& current, const Expectation& expected,
+                  const Alignment& alignment) const;
   /// Where the image was taken: aligned as expected, from other starts where that fits badly (with
   /// a guess: where it is contradicted, which is doubted then), and moved along what slopes leave
   /// open.

@@ -113,6 +113,40 @@ TEST(ImageMotion, ImagesTellBetterThanWheels) {
   }
 }
 
+DepthMotion motion_against(double metres, ScanMotion::Status status) {
+  DepthMotion motion;
+  motion.status = status;
+  motion.covariance = 1e-6 * Matrix6d::Identity();
+  motion.against_wheels_m = metres;
+  return motion;
+}
+
+// Wheels stood while the last image moved: what the next one leaves open is not theirs to tell.
+TEST(MotionBesideWheels, WhatImagesLeaveOpenAmongContradictionsIsAGuess) {
+  MotionBesideWheels beside;
+  using Status = ScanMotion::Status;
+  const auto variance = [&](double metres, Status status) {
+    const auto told = beside.add(Timestamp(), motion_against(metres, status));
+    return told ? told->covariance(0, 0) : -1;
+  };
+  EXPECT_EQ(variance(0, Status::kPredicted), -1);
+  EXPECT_EQ(variance(0.2, Status::kTracked), 1e-6);
+  EXPECT_NEAR(variance(0, Status::kDegenerate), 0.04, 1e-3);
+  EXPECT_NEAR(variance(0, Status::kPredicted), 0.04, 1e-3);
+  EXPECT_EQ(variance(0, Status::kTracked), 1e-6);
+  EXPECT_EQ(variance(0, Status::kPredicted), -1);
+  EXPECT_EQ(beside.against().images, 1);
+}
+
+TEST(MotionBesideWheels, WheelsThatStandAreSaidASlipIsNot) {
+  io::Metrics slip, dead;
+  tell_against_wheels({2, Timestamp(), Timestamp(), 0.1, 0.4}, slip);
+  tell_against_wheels({20, Timestamp(), Timestamp(), 4, 1}, dead);
+  EXPECT_TRUE(slip.warnings.empty());
+  ASSERT_EQ(dead.warnings.size(), 1U);
+  EXPECT_EQ(dead.warnings[0].id, "odometry_contradicted");
+}
+
 TEST(ImageMotion, WheelsStayWhereAnImageIsMissing) {
   std::vector<Step> steps = steps_by_wheels();
   const std::vector<Step> wheels = steps;

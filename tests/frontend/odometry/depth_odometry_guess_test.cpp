@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <lamina/frontend/odometry/depth_odometry.hpp>
+#include <lamina/sensors/odometry.hpp>
 
 #include "plane_camera.hpp"
 
@@ -32,6 +33,56 @@ TEST(DepthOdometry, AWheelThatSlipsIsNotBelievedAgainstAWall) {
   const SE3 e = (start.inverse() * T_world_body).inverse() * T_start_body;
   EXPECT_LT(e.so3().log().norm(), 0.02);
   EXPECT_LT(e.translation().norm(), 0.05);
+}
+
+constexpr int kImages = 8;
+
+struct Followed {
+  double off = 0;   // m, at the end
+  int against = 0;  // images that contradicted the wheels
+};
+
+// Five images a second of a room; wheels that are sure of themselves count `share` of the way once
+// the body has gone `from` steps of it. The body pitches.
+Followed followed_beside(double share, int from, double pitching = 0) {
+  Camera camera;
+  DepthOdometry odometry;
+  const SE3 step = SE3::planar(0.12, 0, 0.03);
+  const auto pose = [&](int i) {
+    return SE3::planar(-1.2, 0, 0) * SE3::exp(i * step.log()) *
+           SE3(SO3::rot_y(pitching * std::sin(1.3 * i)), Eigen::Vector3d::Zero());
+  };
+  Followed result;
+  SE3 T_start_body;
+  for (int i = 0; i < kImages; ++i) {
+    const SE3 wheels = SE3::exp((i < from ? 1 : share) * step.log());
+    const MotionGuess guess{wheels, increment_covariance(OdometryModel(), wheels)};
+    const DepthMotion m = odometry.process(camera.see(room(), pose(i), 0.2 * i), guess);
+    T_start_body = T_start_body * m.T_prev_curr_body;
+    result.against += m.against_wheels_m > 0;
+  }
+  result.off =
+      ((pose(0).inverse() * pose(kImages - 1)).inverse() * T_start_body).translation().norm();
+  return result;
+}
+
+// Encoders that broke: nothing moves by them, and a map made by them is metres off.
+TEST(DepthOdometry, WheelsThatStandWhileImagesGoOnAreOverruled) {
+  for (const int from : {1, 4}) {
+    const Followed dead = followed_beside(0, from);
+    EXPECT_LT(dead.off, 0.05) << from;
+    EXPECT_EQ(dead.against, kImages - from) << from;
+  }
+}
+
+TEST(DepthOdometry, WheelsThatAreRightAreNotOverruled) {
+  EXPECT_EQ(followed_beside(1, 0).against, 0);
+  EXPECT_EQ(followed_beside(0.97, 0).against, 0);
+}
+
+// Two degrees of pitch, which planar wheels do not say, contradict nothing that they do.
+TEST(DepthOdometry, ABodyThatPitchesDoesNotContradictItsWheels) {
+  EXPECT_EQ(followed_beside(1, 0, 0.035).against, 0);
 }
 
 // A camera that looks down comes round from a corner to bare floor. There every turn fits, and the
