@@ -43,21 +43,27 @@ Scored lowest_large(std::span<const Scored> all, double best) {
   return chosen;
 }
 
-constexpr double kTilted = 1.5 * kDegree;  // a floor is by no more, in the eyes of its mounting
-constexpr double kOff = 0.04;              // m: how high such a plane lies off at most
+bool tilted(const Scored& s) { return s.tilt > 1.5 * kDegree; }
 
-// May it be the floor, where this much is known of the mounting?
-bool fits(const Scored& s, const FloorPrior& prior) {
-  const double limit = s.tilt > kTilted && prior.rigid() ? kOff : prior.rigid() ? 0.15 : 0.3;
-  return std::abs(s.height_error) <= limit;
+// m that a floor's height may be off, where this much is known of the mounting.
+double most_off(bool is_tilted, const FloorPrior& prior) {
+  return is_tilted && prior.rigid() ? 0.04 : prior.rigid() ? 0.15 : 0.3;
 }
 
-// Of the best score; `as_before`: of those that lie as the mounting has it.
-Scored best_of(std::span<const Scored> all, bool as_before) {
+bool fits(const Scored& s, const FloorPrior& prior) {
+  return std::abs(s.height_error) <= most_off(tilted(s), prior);
+}
+
+// Neither tilted nor further off than a tilted one may be.
+bool as_before(const Scored& s, const FloorPrior& prior) {
+  return !tilted(s) && std::abs(s.height_error) <= most_off(true, prior);
+}
+
+template <class May>
+Scored best_of(std::span<const Scored> all, const May& may) {
   Scored best;
   for (const Scored& s : all) {
-    if (as_before && (s.tilt > kTilted || std::abs(s.height_error) > kOff)) continue;
-    if (best.index < 0 || s.score > best.score) best = s;
+    if (may(s) && (best.index < 0 || s.score > best.score)) best = s;
   }
   return best;
 }
@@ -127,10 +133,10 @@ FloorChoice choose_floor(std::span<const FloorCandidate> planes, double frame_pi
   if (all.empty()) return refuse(FloorStatus::kNoFloor, "no plane lies as a floor would");
   Scored chosen;
   if (prior.knowledge != MountingKnowledge::kUnknown) {
-    chosen = best_of(all, false);
+    chosen = best_of(all, [](const Scored&) { return true; });
     // A ramp or a stair may fill the view, and the floor before it lie where it always did.
     if (!fits(chosen, prior) && prior.knowledge == MountingKnowledge::kTracked)
-      chosen = best_of(all, true);
+      chosen = best_of(all, [&](const Scored& s) { return as_before(s, prior); });
     if (chosen.index < 0 || !fits(chosen, prior)) {
       return refuse(FloorStatus::kAmbiguous,
                     "planes lie flat but not where the floor is: stairs or a ramp");
