@@ -17,7 +17,6 @@
 namespace lamina::apps {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
 constexpr std::int64_t kMostImages = 600;
 constexpr std::size_t kMostViews = 40, kFewViews = 12;
 constexpr double kTurned = 1.5;    // rad: without turns, mirror images pass for others
@@ -180,7 +179,6 @@ void take_codes(const Look& look, CameraFindings& all) {
 
 // The floor against the mounting.
 void take_mounting(Look& look, bool correct, bool stereo, CameraFindings& all) {
-  constexpr double kStretch = 0.02, kPitching = 0.8 * kDegree;
   if (!look.any()) return;
   const MountingVerdict verdict = look.verdict(all.fixes);
   Warning warning = mounting_warning(verdict, look.camera().camera, correct);
@@ -193,21 +191,9 @@ void take_mounting(Look& look, bool correct, bool stereo, CameraFindings& all) {
   } else if (verdict.wrong && correct) {
     (stereo ? all.fixes.stereo : all.fixes.depth) = verdict.best.correction;
   }
-  if (verdict.height_scatter > kStretch && !all.fixes.drop_depth) {
-    all.warnings.push_back(
-        {"depth_stretched",
-         fmt::format("depths are stretched from image to image: the floor lies nearer and further "
-                     "by {:.1f} % (1-sigma) though the camera's height stays; walls stand as far "
-                     "off",
-                     100 * verdict.height_scatter)});
-  } else if (correct && verdict.tilt_scatter > kPitching) {
-    all.warnings.push_back(
-        {"body_pitch",
-         fmt::format(
-             "the body pitches or rolls by {:.1f} deg (1-sigma, by the floors seen) and the "
-             "odometry, stated planar, does not say so: each image is levelled by its own "
-             "floor, walls and scans may lean as much",
-             verdict.tilt_scatter / kDegree)});
+  if (!all.fixes.drop_depth) {
+    Warning scatter = floor_scatter_warning(verdict, correct);
+    if (!scatter.id.empty()) all.warnings.push_back(std::move(scatter));
   }
   if (verdict.never_seen && !(verdict.wrong && correct))
     all.no_ground =

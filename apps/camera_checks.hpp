@@ -35,5 +35,9 @@ CameraFindings check_cameras(Recording& recording, const FloorOptions& options,
 Warning mounting_warning(const MountingVerdict& verdict, const CameraModel& stated, bool corrected);
 /// Likewise, of a camera with no ground.
 Warning floor_unseen_warning(const MountingVerdict& verdict, const CameraModel& stated);
+/// What is said of a floor that scatters from image to image: depth that is stretched lets it lie
+/// nearer and further but never turns it, a body that pitches turns it, ground that swells does
+/// both. `levelled`: each image is by its own floor. Without id: nothing.
+Warning floor_scatter_warning(const MountingVerdict& verdict, bool levelled);
 
 }  // namespace lamina::apps

@@ -67,4 +67,32 @@ Warning floor_unseen_warning(const MountingVerdict& verdict, const CameraModel& 
                                      ": no ground is free by this camera; is its mounting right?"};
 }
 
+Warning floor_scatter_warning(const MountingVerdict& verdict, bool levelled) {
+  constexpr double kStretch = 0.02, kPitching = 0.8 * kDegree;
+  const double percent = 100 * verdict.height_scatter, tilt = verdict.tilt_scatter / kDegree;
+  const bool stretched = verdict.height_scatter > kStretch,
+             tilts = verdict.tilt_scatter > kPitching;
+  if (stretched && tilts)
+    return {
+        "floor_uneven",
+        fmt::format("the floor that images show lies nearer and further by {:.1f} % and tilts by "
+                    "{:.1f} deg (1-sigma) from one to the next: it swells, and the body with "
+                    "it, which the odometry does not say; walls may lean as much",
+                    percent, tilt)};
+  if (stretched)
+    return {
+        "depth_stretched",
+        fmt::format("depths are stretched from image to image: the floor lies nearer and further "
+                    "by {:.1f} % (1-sigma) though the camera's height stays; walls stand as far "
+                    "off",
+                    percent)};
+  if (tilts && levelled)
+    return {"body_pitch",
+            fmt::format("the body pitches or rolls by {:.1f} deg (1-sigma, by the floors seen) and "
+                        "the odometry, stated planar, does not say so: each image is levelled by "
+                        "its own floor, walls and scans may lean as much",
+                        tilt)};
+  return {};
+}
+
 }  // namespace lamina::apps

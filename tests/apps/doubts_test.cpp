@@ -1,6 +1,7 @@
 // What a run says of itself at its end.
 #include <gtest/gtest.h>
 
+#include <lamina/apps/camera_checks.hpp>
 #include <lamina/apps/doubts.hpp>
 
 #include "../frontend/floor/depth_scene.hpp"
@@ -152,6 +153,20 @@ TEST(Doubts, ACameraThatLooksUpIsNotDoubted) {
       }(),
       0.05);
   EXPECT_TRUE(doubts_of_images(frame).empty());
+}
+
+// Stretched depth never turns the floor, a body that pitches leaves it where it is.
+TEST(FloorScatter, GroundThatSwellsIsNoStretchedDepth) {
+  const auto said = [](double height, double degrees) {
+    MountingVerdict verdict;
+    verdict.height_scatter = height;
+    verdict.tilt_scatter = degrees * M_PI / 180;
+    return floor_scatter_warning(verdict, true).id;
+  };
+  EXPECT_EQ(said(0.06, 0.02), "depth_stretched");
+  EXPECT_EQ(said(0.025, 1.7), "floor_uneven");
+  EXPECT_EQ(said(0.0005, 2.5), "body_pitch");
+  EXPECT_EQ(said(0.0005, 0.02), "");
 }
 
 }  // namespace
