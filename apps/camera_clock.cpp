@@ -54,6 +54,9 @@ std::optional<TurnClaims::Found> look(const std::function<std::unique_ptr<Record
 void look_at_camera_clock(const std::function<std::unique_ptr<Recording>()>& open,
                           const Calibration& sensors, ClockOffsets& clocks, Settings& settings,
                           std::vector<Warning>& warnings, const std::function<bool()>& ended) {
+  // Motions by stretched depth are stretched, too: they must not stand against those of wheels.
+  for (const Warning& said : warnings)
+    if (said.id == "depth_stretched") settings.images_beside_wheels = false;
   if (!sensors.odometry.planar || !(sensors.depth_camera || sensors.stereo_camera)) return;
   const ClockOffsets stated = clocks;
   TurnClaims claims;
