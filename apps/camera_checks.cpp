@@ -193,6 +193,7 @@ void take_mounting(Look& look, bool correct, bool stereo, CameraFindings& all) {
   }
   if (!all.fixes.drop_depth) {
     Warning scatter = floor_scatter_warning(verdict, correct);
+    all.floor_uneven = all.floor_uneven || scatter.id == "floor_uneven";
     if (!scatter.id.empty()) all.warnings.push_back(std::move(scatter));
   }
   if (verdict.never_seen && !(verdict.wrong && correct))

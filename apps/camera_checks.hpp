@@ -18,6 +18,8 @@ namespace lamina::apps {
 struct CameraFindings {
   CameraFixes fixes;
   std::vector<Warning> warnings;
+  /// Floors scatter in height and tilt: one image's floor says nothing of the mounting.
+  bool floor_uneven = false;
   /// No image shows floor where the mounting says, and nothing was corrected: a camera that makes
   /// no free ground, unless later images do. The warning then; its id is empty where a cause is
   /// said.

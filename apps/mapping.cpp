@@ -122,6 +122,7 @@ class Input {
  private:
   void check(const std::function<bool()>& ended) {
     cameras = check_cameras(*recording, settings.floor, ended);
+    settings.floor.self_calibrate = settings.floor.self_calibrate && !cameras.floor_uneven;
     recording.reset();
     look_at_camera_clock([this] { return open(); }, sensors, clocks, settings, cameras.warnings,
                          ended);
