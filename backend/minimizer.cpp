@@ -51,6 +51,59 @@ bool let_positions_follow(NormalEquations& equations, double damping, bool furth
   return true;
 }
 
+namespace {
+
+/// The better the quadratic model told the decrease, the less damping [Nielsen1999].
+class Damping {
+ public:
+  explicit Damping(const MinimizerOptions& options)
+      : options_(options), value_(options.initial_damping) {}
+  double value() const { return value_; }
+  /// `ratio`: of the decrease to the predicted one.
+  void accept(double ratio) {
+    // Where no step was refused so far, it may go at once.
+    const double least = rejections_ > 0 ? 1.0 / 3 : 0.1;
+    const double trust = 2 * std::min(1.0, ratio) - 1;
+    const double change = std::max(least, 1 - trust * trust * trust);
+    value_ = change < 1 ? std::max(options_.initial_damping, change * value_)
+                        : std::max(1e-10, 2 * change * value_);
+    growth_ = 10;
+  }
+  /// False: there is no use in trying on.
+  bool reject() {
+    value_ = std::max(1e-9, value_) * growth_;
+    growth_ *= 2;
+    return !(value_ > options_.max_damping || ++rejections_ >= options_.max_rejections);
+  }
+
+ private:
+  const MinimizerOptions& options_;
+  double value_, growth_ = 10;
+  int rejections_ = 0;
+};
+
+/// Takes a step that was predicted to lower the cost, or undoes it where it does not. `last`: a
+/// step after which the equations are of no more use.
+void try_step(NormalEquations& equations, const Eigen::VectorXd& step, bool follow, bool last,
+              Iteration& report, CostByType& cost) {
+  equations.step(step);
+  CostByType next = last ? equations.cost() : equations.linearize();
+  if (follow && !last && !(total(next) < report.cost - kPoorRatio * report.predicted_decrease) &&
+      let_positions_follow(equations, report.damping, true)) {
+    next = equations.linearize();
+  }
+  report.accepted = total(next) < report.cost;
+  if (report.accepted) {
+    report.cost = total(next);
+    cost = next;
+  } else {
+    equations.undo_step();
+    if (!last) equations.linearize();
+  }
+}
+
+}  // namespace
+
 MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& options,
                          const std::function<bool(const Iteration&)>& progress,
                          const LongPath& path) {
@@ -63,14 +116,15 @@ MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& opt
     return result;
   }
   Eigen::VectorXd scale = damping_scale(equations);
-  double damping = options.initial_damping, growth = 10;
-  int steps = 0, rejections = 0;
+  Damping damping(options);
+  int steps = 0;
   result.status = SolveStatus::kMaxIterations;
-  while (result.iterations < options.max_iterations) {
+  while (result.status == SolveStatus::kMaxIterations &&
+         result.iterations < options.max_iterations) {
     ++result.iterations;
     const double before = total(cost);
-    Iteration report{result.iterations, before, 0, damping, false, 0};
-    const Eigen::VectorXd step = damped_step(equations, scale, damping);
+    Iteration report{result.iterations, before, 0, damping.value(), false, 0};
+    const Eigen::VectorXd step = damped_step(equations, scale, damping.value());
     if (step.size() > 0) {
       report.largest_turn = equations.largest_turn(step);
       if (result.iterations == 1 && report.largest_turn > path.largest_first_turn) {
@@ -79,51 +133,23 @@ MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& opt
       }
       // Of the quadratic model: cost falls by -g.d + damping d^T D d.
       report.predicted_decrease =
-          -equations.gradient().dot(step) + damping * step.cwiseAbs2().dot(scale);
-      equations.step(step);
+          -equations.gradient().dot(step) + damping.value() * step.cwiseAbs2().dot(scale);
       const bool last = report.predicted_decrease <
                         std::max(options.chi2_tolerance, options.relative_tolerance * before);
-      CostByType next = last ? equations.cost() : equations.linearize();
-      if (report.largest_turn > path.follow_from_turn && !last &&
-          !(total(next) < before - kPoorRatio * report.predicted_decrease) &&
-          let_positions_follow(equations, damping, true)) {
-        next = equations.linearize();
-      }
-      report.accepted = total(next) < total(cost);
-      if (report.accepted) {
-        report.cost = total(next);
-        cost = next;
-      } else {
-        equations.undo_step();
-        if (!last) equations.linearize();
-      }
+      const bool follow = report.largest_turn > path.follow_from_turn;
+      try_step(equations, step, follow, last, report, cost);
       if (last) result.status = SolveStatus::kConverged;
     }
     const bool go_on = !progress || progress(report);
     if (result.status == SolveStatus::kConverged) break;
     if (!go_on) {
       result.status = SolveStatus::kCancelled;
-      break;
-    }
-    if (report.accepted) {
+    } else if (report.accepted) {
       if (++steps >= options.max_steps) break;
       scale = damping_scale(equations);
-      // The better the quadratic model told the decrease, the less damping [Nielsen1999]; where no
-      // step was refused so far, it may go at once.
-      const double ratio = (before - total(cost)) / report.predicted_decrease;
-      const double least = rejections > 0 ? 1.0 / 3 : 0.1;
-      const double trust = 2 * std::min(1.0, ratio) - 1;
-      const double change = std::max(least, 1 - trust * trust * trust);
-      damping = change < 1 ? std::max(options.initial_damping, change * damping)
-                           : std::max(1e-10, 2 * change * damping);
-      growth = 10;
-    } else {
-      damping = std::max(1e-9, damping) * growth;
-      growth *= 2;
-      if (damping > options.max_damping || ++rejections >= options.max_rejections) {
-        result.status = SolveStatus::kStalled;
-        break;
-      }
+      damping.accept((before - total(cost)) / report.predicted_decrease);
+    } else if (!damping.reject()) {
+      result.status = SolveStatus::kStalled;
     }
   }
   result.final_cost = cost;

@@ -7,88 +7,35 @@
 
 namespace lamina {
 
-std::vector<LinearFactor> SlidingWindow::linearize_touching(const std::vector<bool>& pose_gone,
-                                                            const std::vector<bool>& plane_gone) {
-  std::vector<LinearFactor> factors;
-  const int border = static_cast<int>(poses_.size());
-  const auto gone_pose = [&](KeyframeId id) {
-    return pose_gone[static_cast<std::size_t>(find(id))];
-  };
-  const auto gone_plane = [&](PlaneId id) {
-    return plane_gone[static_cast<std::size_t>(find(id))];
-  };
-  const auto at = [](const auto& state) -> const auto& {
-    return state.frozen ? state.first : state.now;
-  };
-  if (prior_.r.size() > 0) {
-    LinearFactor f;
-    Eigen::Index column = 0;
-    for (const KeyframeId id : prior_.poses) {
-      f.variables.push_back(find(id));
-      f.jacobians.push_back(prior_.R.middleCols(column, 6));
-      column += 6;
-    }
-    for (const PlaneId id : prior_.planes) {
-      f.variables.push_back(border + find(id));
-      f.jacobians.push_back(prior_.R.middleCols(column, 3));
-      column += 3;
-    }
-    f.residual = prior_.r + prior_.R * prior_step();
-    factors.push_back(std::move(f));
-  }
-  for (const auto& b : betweens_) {
-    if (!gone_pose(b.from) && !gone_pose(b.to)) continue;
-    const Pose &pa = poses_[static_cast<std::size_t>(find(b.from))],
-               &pb = poses_[static_cast<std::size_t>(find(b.to))];
-    const Vector6d raw = (b.T.inverse() * pa.now.inverse() * pb.now).log();
-    const Vector6d r = b.S * raw;
-    const double root = b.robust ? std::sqrt(robust_weight(r.squaredNorm())) : 1.0;
-    const Matrix6d Jb = root * b.S * SE3::right_jacobian_inverse(raw);
-    const Matrix6d Ja = -Jb * (at(pb).inverse() * at(pa)).adjoint();
-    factors.push_back({{find(b.from), find(b.to)}, {Ja, Jb}, root * r});
-  }
-  for (const auto& s : singles_) {
-    if (!gone_pose(s.id)) continue;
-    const Vector6d raw = (s.T.inverse() * poses_[static_cast<std::size_t>(find(s.id))].now).log();
-    factors.push_back({{find(s.id)}, {s.S * SE3::right_jacobian_inverse(raw)}, s.S * raw});
-  }
-  for (const auto& g : gravity_) {
-    if (!gone_pose(g.id)) continue;
-    const Pose& pose = poses_[static_cast<std::size_t>(find(g.id))];
-    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(2, 6);
-    J.rightCols<3>() = -(at(pose).so3().matrix() * SO3::hat(g.up)).topRows<2>() / g.sigma;
-    const Eigen::Vector3d up = pose.now.so3() * g.up;
-    factors.push_back({{find(g.id)}, {J}, up.head<2>() / g.sigma});
-  }
-  for (const auto& h : holds_) {
-    if (!gone_plane(h.id)) continue;
-    const auto& plane = planes_[static_cast<std::size_t>(find(h.id))];
-    factors.push_back({{border + find(h.id)}, {h.S}, h.S * plane.now.boxminus(h.at)});
-  }
-  Eigen::Matrix<double, 4, 6> J_pose;
-  Eigen::Matrix<double, 4, 3> J_plane;
-  for (const auto& s : sightings_) {
-    if (!gone_pose(s.keyframe) && !gone_plane(s.plane)) continue;
-    const Pose& pose = poses_[static_cast<std::size_t>(find(s.keyframe))];
-    const Landmark& plane = planes_[static_cast<std::size_t>(find(s.plane))];
-    const Eigen::Vector4d r = residual(s, pose.now, plane.now, plane.anchor);
-    const double root = std::sqrt(robust_weight(r.squaredNorm()));
-    jacobians(s, at(pose), at(plane), plane.anchor, J_pose, J_plane);
-    factors.push_back(
-        {{find(s.keyframe), border + find(s.plane)}, {root * J_pose, root * J_plane}, root * r});
-  }
-  return factors;
+namespace {
+
+// Jacobians are taken at one point as soon as a marginal prior holds the state; the present one.
+template <class State>
+auto freeze(State& state) {
+  if (!state.frozen) state.first = state.now;
+  state.frozen = true;
+  return state.now;
 }
+
+template <class State>
+void erase_marked(std::vector<State>& states, const std::vector<bool>& gone) {
+  std::erase_if(states, [&](const State& state) {
+    return gone[static_cast<std::size_t>(&state - states.data())];
+  });
+}
+
+}  // namespace
 
 // Elimination order -> linearise -> QR -> prior.
 void SlidingWindow::eliminate(const std::vector<bool>& pose_gone,
                               const std::vector<bool>& plane_gone, bool remember) {
   std::vector<int> sizes(poses_.size(), 6), gone;
   sizes.insert(sizes.end(), planes_.size(), 3);
+  const auto goes = [&](std::size_t i) {
+    return i < poses_.size() ? pose_gone[i] : plane_gone[i - poses_.size()];
+  };
   for (std::size_t i = 0; i < sizes.size(); ++i) {
-    if (i < poses_.size() ? pose_gone[i] : plane_gone[i - poses_.size()]) {
-      gone.push_back(static_cast<int>(i));
-    }
+    if (goes(i)) gone.push_back(static_cast<int>(i));
   }
   if (gone.empty()) return;
   const std::vector<LinearFactor> factors = linearize_touching(pose_gone, plane_gone);
@@ -99,12 +46,7 @@ void SlidingWindow::eliminate(const std::vector<bool>& pose_gone,
   Prior prior;
   for (const int v : order.variables) {
     const auto i = static_cast<std::size_t>(v);
-    if (i < poses_.size() ? pose_gone[i] : plane_gone[i - poses_.size()]) continue;
-    const auto freeze = [](auto& state) {
-      if (!state.frozen) state.first = state.now;
-      state.frozen = true;
-      return state.now;
-    };
+    if (goes(i)) continue;
     if (i < poses_.size()) {
       prior.poses.push_back(poses_[i].id);
       prior.poses_at.push_back(freeze(poses_[i]));
@@ -136,12 +78,8 @@ void SlidingWindow::eliminate(const std::vector<bool>& pose_gone,
     return pose_is_gone(f.keyframe) || plane_is_gone(f.plane);
   });
   prior_ = std::move(prior);
-  for (std::size_t i = poses_.size(); i-- > 0;) {
-    if (pose_gone[i]) poses_.erase(poses_.begin() + static_cast<std::ptrdiff_t>(i));
-  }
-  for (std::size_t i = planes_.size(); i-- > 0;) {
-    if (plane_gone[i]) planes_.erase(planes_.begin() + static_cast<std::ptrdiff_t>(i));
-  }
+  erase_marked(poses_, pose_gone);
+  erase_marked(planes_, plane_gone);
   solved_ = false;
 }
 

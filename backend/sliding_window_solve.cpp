@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace lamina {
 
@@ -17,49 +18,63 @@ double SlidingWindow::length(const Eigen::VectorXd& d) const {
   return most;
 }
 
-// A factor is most of a step's cost, and after a short step the equations have hardly changed: the
-// gradient is made anew at every step, the factor where it has to be.
+namespace {
+
+// How long a factor of the equations serves. It is most of a step's cost, and after a short step
+// the equations have hardly changed: the gradient is made anew at every step, the factor where it
+// has to be.
+struct FactorReuse {
+  double lambda = 0;
+  bool factored = false;         // the factor is one of equations like the present ones
+  bool present_weights = false;  // the gradient is that of the robust cost
+  double moved = 0, promised_before = std::numeric_limits<double>::infinity();
+
+  bool promises_too_little(double promised) const {
+    constexpr double kQuickly = 0.05;  // of what the step before promised
+    return factored && promised > kQuickly * promised_before;
+  }
+  void stepped(double length, double promised) {
+    moved += length;
+    promised_before = promised;
+    present_weights = true;
+  }
+  bool outworn(double weight_change) const {
+    constexpr double kMoved = 0.02;  // length() of the steps a factor serves for
+    constexpr double kWeight = 0.1;  // change of a robust weight that it serves for
+    return !factored || moved > kMoved || weight_change > kWeight;
+  }
+};
+
+}  // namespace
+
 WindowReport SlidingWindow::solve() {
-  constexpr double kMoved = 0.02;    // length() of the steps a factor serves for
-  constexpr double kWeight = 0.1;    // change of a robust weight that it serves for
-  constexpr double kQuickly = 0.05;  // a step with it promises less than this of the one before
   WindowReport report;
-  double cost = build(Build::kFirst), lambda = 0;
+  double cost = build(Build::kFirst);
   report.residuals =
       static_cast<int>(prior_.r.size() + 6 * betweens_.size() + 6 * singles_.size() +
                        2 * gravity_.size() + 3 * holds_.size() + 4 * sightings_.size());
   report.chi_squared = cost;
   report.finite = std::isfinite(cost);
-  bool factored = false;  // the factor is one of equations like the present ones
-  bool present_weights = weight_change_ == 0;  // the gradient is that of the robust cost
-  double moved = 0, promised_before = std::numeric_limits<double>::infinity();
+  FactorReuse reuse;
+  reuse.present_weights = weight_change_ == 0;
   const auto make_anew = [&](double damping) {
-    lambda = damping;
     build(Build::kEquations);
-    factored = false;
-    present_weights = true;
-    moved = 0;
-    promised_before = std::numeric_limits<double>::infinity();
+    reuse = FactorReuse{damping, false, true};
   };
   while (report.finite && report.iterations < options_.iterations) {
-    if (!factored && !system_.factor(lambda)) {
-      report.finite = false;
-      break;
-    }
+    report.finite = reuse.factored || system_.factor(reuse.lambda);
+    if (!report.finite) break;
     const Eigen::VectorXd d = system_.step();
     const double promised = -system_.gradient().dot(d);
-    if (!d.allFinite() || !std::isfinite(promised)) {
-      report.finite = false;
-      break;
-    }
-    const bool last = promised < options_.stop_chi_squared && present_weights;
-    if (factored && !last && promised > kQuickly * promised_before) {
+    report.finite = d.allFinite() && std::isfinite(promised);
+    if (!report.finite) break;
+    const bool last = promised < options_.stop_chi_squared && reuse.present_weights;
+    if (!last && reuse.promises_too_little(promised)) {
       make_anew(0);
       continue;
     }
     ++report.iterations;
-    const bool undamped = lambda == 0, again = factored;
-    factored = undamped;
+    const bool again = std::exchange(reuse.factored, reuse.lambda == 0);
     const auto poses = poses_;
     const auto planes = planes_;
     apply(d);
@@ -73,22 +88,17 @@ WindowReport SlidingWindow::solve() {
       poses_ = poses;
       planes_ = planes;
       // What it promised is below the cost's own rounding: this is the minimum.
-      const bool minimum = promised <= 1e-9 * cost;
-      make_anew(minimum || again ? 0 : lambda == 0 ? 1e-4 : 10 * lambda);
-      report.converged = minimum;
+      const bool minimum = report.converged = promised <= 1e-9 * cost;
+      make_anew(minimum || again ? 0 : reuse.lambda == 0 ? 1e-4 : 10 * reuse.lambda);
       if (minimum) break;
       continue;
     }
     cost = report.chi_squared = better;
-    moved += length(d);
-    promised_before = promised;
-    present_weights = true;
-    if (!undamped || moved > kMoved || weight_change_ > kWeight) {
-      make_anew(lambda < 1e-6 ? 0 : 0.1 * lambda);
-    }
+    reuse.stepped(length(d), promised);
+    if (reuse.outworn(weight_change_)) make_anew(reuse.lambda < 1e-6 ? 0 : 0.1 * reuse.lambda);
   }
   // Covariances come from the undamped equations.
-  if (report.finite && !factored) report.finite = system_.factor(0);
+  if (report.finite && !reuse.factored) report.finite = system_.factor(0);
   report.held_directions = system_.held();
   solved_ = report.finite;
   return report;
