@@ -3,6 +3,8 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include <lamina/models/linalg.hpp>
 
@@ -128,67 +130,75 @@ double disagreement_in_view(const PlaneEvidence& a, const PlaneEvidence& b,
   return symmetric_eigen(both.scatter()).values(0);
 }
 
+namespace {
+
+// Which gate a candidate misses, with its chi-squared where it is in all of them.
+AssociationReason gated(const PlaneEvidence& evidence, const SE3& T,
+                        const AssociationCandidate& candidate, const AssociationOptions& options,
+                        double& chi_squared) {
+  const Predicted predicted = predict(evidence, T, candidate);
+  const double off = angle_off(evidence, predicted.normal_body);
+  if (off > M_PI / 2) return AssociationReason::kOtherSide;
+  if (off > options.max_angle_deg * kDegree) return AssociationReason::kAngle;
+  if (!(std::abs(predicted.distance) <= options.max_distance_m)) {
+    return AssociationReason::kDistance;
+  }
+  chi_squared = innovation_chi_squared(evidence, T, candidate, options);
+  const double gate = evidence.partial ? options.gate_partial : options.gate_full;
+  return chi_squared <= gate ? AssociationReason::kMatched : AssociationReason::kChiSquared;
+}
+
+struct BestTwo {
+  const AssociationCandidate *first = nullptr, *second = nullptr;
+  double chi = std::numeric_limits<double>::infinity(), second_chi = chi;
+
+  void offer(const AssociationCandidate& candidate, double candidate_chi) {
+    if (candidate_chi < chi) {
+      second = std::exchange(first, &candidate);
+      second_chi = std::exchange(chi, candidate_chi);
+    } else if (candidate_chi < second_chi) {
+      second = &candidate;
+      second_chi = candidate_chi;
+    }
+  }
+};
+
+}  // namespace
+
 AssociationDecision associate(const PlaneEvidence& evidence, const SE3& T,
                               std::span<const AssociationCandidate> candidates,
                               const AssociationOptions& options) {
-  AssociationDecision best;
-  best.degrees = evidence.partial ? 2 : 3;
-  best.chi_squared = std::numeric_limits<double>::infinity();
+  AssociationDecision decision;
+  decision.degrees = evidence.partial ? 2 : 3;
+  decision.chi_squared = std::numeric_limits<double>::infinity();
   if (!(evidence.moments_body.weight() > 0) || !evidence.moments_body.mean().allFinite() ||
       !evidence.moments_body.scatter().allFinite()) {
-    best.reason = AssociationReason::kTooWeak;
-    return best;
+    decision.reason = AssociationReason::kTooWeak;
+    return decision;
   }
-  const double gate = evidence.partial ? options.gate_partial : options.gate_full;
-  const AssociationCandidate* first = nullptr;
-  const AssociationCandidate* second = nullptr;
-  double second_chi = std::numeric_limits<double>::infinity();
-  // The nearest miss gives the reason: later gates are nearer to a match.
-  const auto miss = [&best, &first](AssociationReason reason) {
-    if (!first && static_cast<int>(reason) > static_cast<int>(best.reason)) best.reason = reason;
-  };
+  BestTwo best;
   for (const auto& candidate : candidates) {
-    const Predicted predicted = predict(evidence, T, candidate);
-    const double off = angle_off(evidence, predicted.normal_body);
-    if (off > M_PI / 2) {
-      miss(AssociationReason::kOtherSide);
-      continue;
-    }
-    if (off > options.max_angle_deg * kDegree) {
-      miss(AssociationReason::kAngle);
-      continue;
-    }
-    if (!(std::abs(predicted.distance) <= options.max_distance_m)) {
-      miss(AssociationReason::kDistance);
-      continue;
-    }
-    const double chi = innovation_chi_squared(evidence, T, candidate, options);
-    if (!(chi <= gate)) {
-      miss(AssociationReason::kChiSquared);
-      continue;
-    }
-    if (chi < best.chi_squared) {
-      second = first;
-      second_chi = best.chi_squared;
-      first = &candidate;
-      best.chi_squared = chi;
-    } else if (chi < second_chi) {
-      second = &candidate;
-      second_chi = chi;
+    double chi = 0;
+    const AssociationReason reason = gated(evidence, T, candidate, options, chi);
+    if (reason == AssociationReason::kMatched) {
+      best.offer(candidate, chi);
+    } else if (static_cast<int>(reason) > static_cast<int>(decision.reason)) {
+      decision.reason = reason;  // the nearest miss: later gates are nearer to a match
     }
   }
-  if (!first) return best;
-  best.plane = first->id;
-  best.reason = AssociationReason::kMatched;
-  if (second && second_chi - best.chi_squared < options.ambiguous_chi_squared) {
-    const double apart =
-        std::abs(predict(evidence, T, *first).distance - predict(evidence, T, *second).distance);
+  if (!best.first) return decision;
+  decision.chi_squared = best.chi;
+  decision.plane = best.first->id;
+  decision.reason = AssociationReason::kMatched;
+  if (best.second && best.second_chi - best.chi < options.ambiguous_chi_squared) {
+    const double apart = std::abs(predict(evidence, T, *best.first).distance -
+                                  predict(evidence, T, *best.second).distance);
     if (apart > 0.1 * options.max_distance_m) {
-      best.plane = PlaneId::kNone;
-      best.reason = AssociationReason::kAmbiguous;
+      decision.plane = PlaneId::kNone;
+      decision.reason = AssociationReason::kAmbiguous;
     }
   }
-  return best;
+  return decision;
 }
 
 }  // namespace lamina

@@ -70,16 +70,19 @@ Between between(const PlaneLandmark& a, const PlaneLandmark& b) {
   return result;
 }
 
-}  // namespace
-
-std::vector<Pair> find_hidden_doubles(const Graph& graph,
-                                      const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
-                                      const std::set<Pair>& apart, const DoubleOptions& options) {
-  const PlaneNeighbourhood near(graph, outlines, kFarthest, false);
-  const PlaneNeighbourhood nearer(graph, outlines, options.association.max_gap_m, false);
+struct HiddenPairs {
   std::vector<Pair> pairs;
-  std::vector<SightGap> gaps;
-  for (const auto& [a, b] : near.pairs(options.association.max_angle_deg * kDegree)) {
+  std::vector<SightGap> gaps;  // what lies between the two of each pair
+};
+
+// Upright planes in line with each other, further apart than find_doubles() goes.
+HiddenPairs in_line(const Graph& graph,
+                    const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
+                    const PlaneNeighbourhood& near, const std::set<Pair>& apart,
+                    const AssociationOptions& options) {
+  const PlaneNeighbourhood nearer(graph, outlines, options.max_gap_m, false);
+  HiddenPairs result;
+  for (const auto& [a, b] : near.pairs(options.max_angle_deg * kDegree)) {
     const PlaneLandmark &small = graph.at(a), &large = graph.at(b);
     if (apart.count({a, b}) || apart.count({b, a})) continue;
     if (std::abs(small.plane_anchor.normal().z()) > kUprightNormal ||
@@ -92,19 +95,18 @@ std::vector<Pair> find_hidden_doubles(const Graph& graph,
     if (!(length >= kNearest && length <= kFarthest)) continue;
     if (length > 2 * std::min(gap.reach_a, gap.reach_b) || gap.height > kOneStorey) continue;
     if (nearer.beside(a, b)) continue;  // find_doubles()
-    pairs.emplace_back(a, b);
-    gaps.emplace_back(gap.a, gap.b);
+    result.pairs.emplace_back(a, b);
+    result.gaps.emplace_back(gap.a, gap.b);
   }
-  if (pairs.empty()) return {};
-  look_through(graph, outlines, gaps);
-  CovarianceRequest request;
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (gaps[i].open() <= kOpen) request.plane_pairs.push_back(pairs[i]);
-  }
-  if (request.plane_pairs.empty()) return {};
+  return result;
+}
+
+// Those of the pairs that are one plane by their joint covariance, best first.
+std::vector<Pair> agreeing(const Graph& graph, const PlaneNeighbourhood& near,
+                           const CovarianceRequest& request, const DoubleOptions& options) {
   const Covariances known = covariances(graph, request);
   if (!known.valid) return {};
-  std::vector<std::pair<double, Pair>> agreeing;
+  std::vector<std::pair<double, Pair>> found;
   for (std::size_t i = 0; i < request.plane_pairs.size(); ++i) {
     const auto [a, b] = request.plane_pairs[i];
     const PlaneGap gap = gap_between(graph.at(a), graph.at(b), near.middle(a));
@@ -114,13 +116,32 @@ std::vector<Pair> find_hidden_doubles(const Graph& graph,
     if (!C.allFinite() || llt.info() != Eigen::Success) continue;
     const double chi = gap.off.dot(llt.solve(gap.off));
     if (chi <= options.gate && std::sqrt(C(2, 2)) <= options.max_sigma_m)
-      agreeing.push_back({chi, {a, b}});
+      found.push_back({chi, {a, b}});
   }
-  std::stable_sort(agreeing.begin(), agreeing.end(),
+  std::stable_sort(found.begin(), found.end(),
                    [](const auto& x, const auto& y) { return x.first < y.first; });
+  std::vector<Pair> pairs;
+  for (const auto& [chi, pair] : found) pairs.push_back(pair);
+  return pairs;
+}
+
+}  // namespace
+
+std::vector<Pair> find_hidden_doubles(const Graph& graph,
+                                      const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
+                                      const std::set<Pair>& apart, const DoubleOptions& options) {
+  const PlaneNeighbourhood near(graph, outlines, kFarthest, false);
+  auto [pairs, gaps] = in_line(graph, outlines, near, apart, options.association);
+  if (pairs.empty()) return {};
+  look_through(graph, outlines, gaps);
+  CovarianceRequest request;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (gaps[i].open() <= kOpen) request.plane_pairs.push_back(pairs[i]);
+  }
+  if (request.plane_pairs.empty()) return {};
   std::set<PlaneId> taken;
   std::vector<Pair> doubles;
-  for (const auto& [chi, pair] : agreeing) {
+  for (const Pair& pair : agreeing(graph, near, request, options)) {
     if (taken.count(pair.first) || taken.count(pair.second)) continue;
     taken.insert({pair.first, pair.second});
     doubles.push_back(pair);

@@ -177,6 +177,44 @@ LevelGaps::LevelGaps(const Graph& graph,
   add_views(graph, outlines, first);
 }
 
+namespace {
+
+// Of the pieces that a keyframe saw of a plane, in plan, that which lies in `plane_map`.
+std::optional<Polygon> plan_of(const std::vector<const OutlinePiece*>& pieces,
+                               const SE3& T_map_body, const Plane& plane_map) {
+  std::vector<Eigen::Vector2d> flat;
+  double least = std::numeric_limits<double>::infinity();
+  for (const OutlinePiece* piece : pieces) {
+    std::vector<Eigen::Vector2d> points;
+    double off = 0;
+    for (const auto& p_body : piece->points_body) {
+      const Eigen::Vector3d p = T_map_body * p_body;
+      points.push_back(p.head<2>());
+      off += std::abs(plane_map.signed_distance(p));
+    }
+    off /= static_cast<double>(points.size());
+    if (!(off < least)) continue;
+    least = off;
+    flat = std::move(points);
+  }
+  return Polygon::from_vertices(std::move(flat));
+}
+
+// Of a view's height and slopes about its middle, without what surfaces deviate by (variances).
+Eigen::Matrix3d height_covariance(const Moments& m, double rho2, double tilt2) {
+  const Eigen::Matrix2d information = m.scatter().topLeftCorner<2, 2>();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(information);
+  const Eigen::Vector2d slopes =
+      (eigen.eigenvalues().cwiseMax(1e-6).cwiseInverse().array() - tilt2).cwiseMax(0);
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+  covariance(0, 0) = std::max(0.0, 1 / m.weight() - rho2);
+  covariance.bottomRightCorner<2, 2>() =
+      eigen.eigenvectors() * slopes.asDiagonal() * eigen.eigenvectors().transpose();
+  return covariance;
+}
+
+}  // namespace
+
 void LevelGaps::add_views(const Graph& graph,
                           const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
                           KeyframeId first) {
@@ -202,33 +240,10 @@ void LevelGaps::add_views(const Graph& graph,
     const Moments m = f.moments_body.transformed(T_map_body);
     const auto fit = m.fit_plane(m.mean() + Eigen::Vector3d::UnitZ(), 1.0);
     if (!fit || fit->plane.normal().z() < kLevel) continue;
-    // Its own piece: that which lies in its plane.
-    std::vector<Eigen::Vector2d> flat;
-    double least = std::numeric_limits<double>::infinity();
-    for (const OutlinePiece* piece : here->second) {
-      std::vector<Eigen::Vector2d> points;
-      double off = 0;
-      for (const auto& p_body : piece->points_body) {
-        const Eigen::Vector3d p = T_map_body * p_body;
-        points.push_back(p.head<2>());
-        off += std::abs(fit->plane.signed_distance(p));
-      }
-      off /= static_cast<double>(points.size());
-      if (!(off < least)) continue;
-      least = off;
-      flat = std::move(points);
-    }
-    const auto plan = Polygon::from_vertices(std::move(flat));
+    const auto plan = plan_of(here->second, T_map_body, fit->plane);
     if (!plan) continue;
-    const Eigen::Matrix2d information = m.scatter().topLeftCorner<2, 2>();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(information);
-    const Eigen::Vector2d slopes =
-        (eigen.eigenvalues().cwiseMax(1e-6).cwiseInverse().array() - tilt2).cwiseMax(0);
-    View view{fit->plane, m.mean().head<2>(), Eigen::Matrix3d::Zero(), *plan};
-    view.covariance(0, 0) = std::max(0.0, 1 / m.weight() - rho2);
-    view.covariance.bottomRightCorner<2, 2>() =
-        eigen.eigenvectors() * slopes.asDiagonal() * eigen.eigenvectors().transpose();
-    views_[f.plane][f.keyframe].push_back(std::move(view));
+    views_[f.plane][f.keyframe].push_back(
+        {fit->plane, m.mean().head<2>(), height_covariance(m, rho2, tilt2), *plan});
   }
 }
 

@@ -138,17 +138,45 @@ class BestCovers {
   std::map<PlaneId, std::pair<double, PlaneId>> best_;
 };
 
-}  // namespace
+struct Candidate {
+  double chi;
+  PlaneId from, into;
+};
 
-std::vector<std::pair<PlaneId, PlaneId>> find_doubles(
-    const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
-    const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options) {
-  const PlaneNeighbourhood near(graph, outlines, options.association.max_gap_m, false);
-  const LevelGaps gaps(graph, outlines, options.association);
-  CovarianceRequest request;
+// Which near pairs of planes fit each other.
+struct Fits {
+  double gate;
   std::map<std::pair<PlaneId, PlaneId>, double> chi_of;  // of all near pairs, lower id first
+  std::vector<Candidate> candidates;                     // known well enough, best first
+
+  bool fit(PlaneId a, PlaneId b) const {
+    const auto found = chi_of.find(std::minmax(a, b));
+    return found == chi_of.end() || found->second <= gate;
+  }
+  bool fit(const std::set<PlaneId>& a, const std::set<PlaneId>& b) const {
+    return std::all_of(a.begin(), a.end(), [&](PlaneId x) {
+      return std::all_of(b.begin(), b.end(), [&](PlaneId y) { return fit(x, y); });
+    });
+  }
+  // Another plane that fits `a` as well as `b` does, and is not `b`.
+  bool undecided(const Candidate& c) const {
+    return std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& o) {
+      if (o.chi > c.chi + kAlike) return false;
+      for (const auto& [one, other] : {std::pair(c.from, c.into), std::pair(c.into, c.from)}) {
+        const PlaneId third = o.from == one ? o.into : o.into == one ? o.from : PlaneId::kNone;
+        if (third != PlaneId::kNone && third != other && !fit(third, other)) return true;
+      }
+      return false;
+    });
+  }
+};
+
+Fits fits_of(const Graph& graph, const PlaneNeighbourhood& near, const LevelGaps& gaps,
+             const Pairs& apart, const DoubleOptions& options) {
+  Fits fits{options.gate, {}, {}};
+  CovarianceRequest request;
   for (const auto& [a, b] : near.pairs(kSameSide)) {
-    chi_of[std::minmax(a, b)] = std::numeric_limits<double>::infinity();
+    fits.chi_of[std::minmax(a, b)] = std::numeric_limits<double>::infinity();
     const PlaneLandmark &small = graph.at(a), &large = graph.at(b);
     const double angle = angle_between(small.plane_anchor, large.plane_anchor);
     const double off = large.plane_map().signed_distance(near.middle(a));
@@ -158,50 +186,35 @@ std::vector<std::pair<PlaneId, PlaneId>> find_doubles(
     }
     request.plane_pairs.emplace_back(a, b);
   }
-  if (request.plane_pairs.empty()) return {};
+  if (request.plane_pairs.empty()) return fits;
   const Covariances known = covariances(graph, request);
-  if (!known.valid) return {};
-  struct Candidate {
-    double chi;
-    PlaneId from, into;
-  };
-  std::vector<Candidate> candidates;
+  if (!known.valid) return fits;
   for (std::size_t i = 0; i < request.plane_pairs.size(); ++i) {
     const auto [a, b] = request.plane_pairs[i];
     const Agreement found = agreement(graph.at(a), graph.at(b), near.middle(a),
                                       known.plane_pairs[i], options.association);
-    chi_of[std::minmax(a, b)] = found.chi;
+    fits.chi_of[std::minmax(a, b)] = found.chi;
     if (found.chi > options.gate || found.sigma > options.max_sigma_m) continue;
-    if (!near.beside(a, b)) continue;
-    candidates.push_back({found.chi, a, b});
+    if (near.beside(a, b)) fits.candidates.push_back({found.chi, a, b});
   }
-  std::stable_sort(candidates.begin(), candidates.end(),
+  std::stable_sort(fits.candidates.begin(), fits.candidates.end(),
                    [](const Candidate& x, const Candidate& y) { return x.chi < y.chi; });
-  const auto fits = [&](PlaneId a, PlaneId b) {
-    const auto found = chi_of.find(std::minmax(a, b));
-    return found == chi_of.end() || found->second <= options.gate;
-  };
-  // Another plane that fits `a` as well as `b` does, and is not `b`.
-  const auto undecided = [&](const Candidate& c) {
-    return std::any_of(candidates.begin(), candidates.end(), [&](const Candidate& o) {
-      if (o.chi > c.chi + kAlike) return false;
-      for (const auto& [one, other] : {std::pair(c.from, c.into), std::pair(c.into, c.from)}) {
-        const PlaneId third = o.from == one ? o.into : o.into == one ? o.from : PlaneId::kNone;
-        if (third != PlaneId::kNone && third != other && !fits(third, other)) return true;
-      }
-      return false;
-    });
-  };
+  return fits;
+}
+
+}  // namespace
+
+std::vector<std::pair<PlaneId, PlaneId>> find_doubles(
+    const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
+    const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options) {
+  const PlaneNeighbourhood near(graph, outlines, options.association.max_gap_m, false);
+  const LevelGaps gaps(graph, outlines, options.association);
+  const Fits fits = fits_of(graph, near, gaps, apart, options);
   Sets sets;
   std::vector<std::pair<PlaneId, PlaneId>> doubles;
-  for (const Candidate& c : candidates) {
+  for (const Candidate& c : fits.candidates) {
     const PlaneId a = sets.root(c.from), b = sets.root(c.into);
-    if (a == b || undecided(c)) continue;
-    bool all = true;
-    for (const PlaneId x : sets.members(a)) {
-      for (const PlaneId y : sets.members(b)) all = all && fits(x, y);
-    }
-    if (!all) continue;
+    if (a == b || fits.undecided(c) || !fits.fit(sets.members(a), sets.members(b))) continue;
     const bool smaller = std::pair(near.seen(a).views, b) < std::pair(near.seen(b).views, a);
     const PlaneId from = smaller ? a : b, into = smaller ? b : a;
     sets.join(from, into);
@@ -284,46 +297,63 @@ Eigen::Matrix3d own_covariance(const PlaneLandmark& plane, const Moments& m,
   return J * H.llt().solve(Eigen::Matrix3d::Identity()) * J.transpose();
 }
 
+struct LineFit {
+  const Graph& graph;
+  const PlaneNeighbourhood& near;
+  double prior_tilt;
+  const DoubleOptions& options;
+
+  // How well `a` fits `b`: chi-squared, the gate where it does not.
+  double chi(PlaneId a, PlaneId b) const {
+    const PlaneLandmark &small = graph.at(a), &large = graph.at(b);
+    const bool turned = angle_between(small.plane_anchor, large.plane_anchor) > kThinAngle;
+    const Eigen::Vector3d middle = near.middle(a);
+    const Eigen::Vector3d off =
+        small.plane_map().about(middle).boxminus(large.plane_map().about(middle));
+    double chi = turned ? options.gate : own_chi(a, b, middle, off);
+    // However unsure, planes this far apart are not made one: a slab lies on its floor.
+    if (std::abs(off.z()) > kFarApart * options.association.surface_sigma_m) chi = options.gate;
+    if (chi < options.gate) return chi;
+    std::vector<const PlaneLandmark*> parts;
+    for (const PlaneId id : near.members(b)) parts.push_back(&graph.at(id));
+    if (!cross(small, parts)) {
+      const int views = near.seen(a).views, others = near.seen(b).views;
+      const bool few = views <= std::max<double>(kFewViews, kFewShare * others);
+      if (turned || !few || std::abs(off.z()) > kThin) return options.gate;
+      const Cover cover = cover_of(small, parts);
+      if (cover.share < kCovered || cover.farthest > kThin) return options.gate;
+    }
+    return options.gate * (1 - 1e-6);
+  }
+
+ private:
+  double own_chi(PlaneId a, PlaneId b, const Eigen::Vector3d& middle,
+                 const Eigen::Vector3d& off) const {
+    const double tilt = std::hypot(options.association.surface_sigma_deg * kDegree, kPoseTilt);
+    const double rho = std::hypot(options.association.surface_sigma_m, kPoseSigma);
+    Eigen::Matrix3d C = own_covariance(graph.at(a), near.seen(a).anchor, middle, prior_tilt) +
+                        own_covariance(graph.at(b), near.seen(b).anchor, middle, prior_tilt);
+    C.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, rho * rho);
+    return off.dot(C.llt().solve(off));
+  }
+};
+
 }  // namespace
 
 std::vector<std::pair<PlaneId, PlaneId>> find_line_doubles(
     const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
     double prior_tilt, const DoubleOptions& options) {
   PlaneNeighbourhood near(graph, outlines, options.association.max_gap_m, true);
-  const double surface = options.association.surface_sigma_m;
-  const double tilt = std::hypot(options.association.surface_sigma_deg * kDegree, kPoseTilt);
-  const double rho = std::hypot(surface, kPoseSigma);
+  const LineFit fit{graph, near, prior_tilt, options};
   std::vector<std::pair<PlaneId, PlaneId>> doubles;
   for (const PlaneId a : near.smallest_first()) {
-    const PlaneLandmark& small = graph.at(a);
-    const Eigen::Vector3d middle = near.middle(a);
     const int views = near.seen(a).views;
     PlaneId best = PlaneId::kNone;
     double best_chi = options.gate;
     for (const PlaneId b : near.around(a)) {
-      const PlaneLandmark& large = graph.at(b);
       const int others = near.seen(b).views;
       if (others < views || (others == views && b > a)) continue;
-      const bool turned = angle_between(small.plane_anchor, large.plane_anchor) > kThinAngle;
-      const Eigen::Vector3d off =
-          small.plane_map().about(middle).boxminus(large.plane_map().about(middle));
-      Eigen::Matrix3d C = own_covariance(small, near.seen(a).anchor, middle, prior_tilt) +
-                          own_covariance(large, near.seen(b).anchor, middle, prior_tilt);
-      C.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, rho * rho);
-      double chi = turned ? options.gate : off.dot(C.llt().solve(off));
-      // However unsure, planes this far apart are not made one: a slab lies on its floor.
-      if (std::abs(off.z()) > kFarApart * surface) chi = options.gate;
-      if (!(chi < options.gate)) {
-        std::vector<const PlaneLandmark*> parts;
-        for (const PlaneId id : near.members(b)) parts.push_back(&graph.at(id));
-        const bool few = views <= std::max<double>(kFewViews, kFewShare * others);
-        if (!cross(small, parts)) {
-          if (turned || !few || std::abs(off.z()) > kThin) continue;
-          const Cover cover = cover_of(small, parts);
-          if (cover.share < kCovered || cover.farthest > kThin) continue;
-        }
-        chi = options.gate * (1 - 1e-6);
-      }
+      const double chi = fit.chi(a, b);
       if (chi >= best_chi) continue;
       best_chi = chi;
       best = b;

@@ -41,8 +41,9 @@ double share_over(const OutlinePiece& piece, const Graph& graph, const PlaneLand
 }
 
 /// How many of `keyframes` saw most of their piece of a plane over `other`.
-std::size_t over(const std::vector<OutlinePiece>& pieces, const std::set<KeyframeId>& keyframes,
-                 const Graph& graph, const PlaneLandmark& other) {
+std::size_t count_over(const std::vector<OutlinePiece>& pieces,
+                       const std::set<KeyframeId>& keyframes, const Graph& graph,
+                       const PlaneLandmark& other) {
   std::set<KeyframeId> found;
   for (const OutlinePiece& piece : pieces) {
     if (keyframes.count(piece.keyframe) && share_over(piece, graph, other) >= kCovered) {
@@ -109,6 +110,42 @@ struct Trial {
   }
 };
 
+// What stands beside each plane, and how far.
+std::map<PlaneId, std::vector<Beside>> planes_beside(const PlaneNeighbourhood& near,
+                                                     const ViewsApart& views, double max_angle) {
+  std::map<PlaneId, std::vector<Beside>> row;
+  for (const auto& [a, b] : near.pairs(max_angle)) {
+    for (const auto& [id, other] : {std::pair(a, b), std::pair(b, a)}) {
+      const auto offset = views.offset(other, id);
+      if (offset && std::abs(offset->mean) <= kMostOff) row[id].push_back({other, *offset});
+    }
+  }
+  return row;
+}
+
+struct SeenPieces {
+  const Graph& graph;
+  const std::map<PlaneId, std::vector<OutlinePiece>>& outlines;
+
+  std::size_t over(PlaneId id, const std::set<KeyframeId>& keyframes,
+                   const PlaneLandmark& other) const {
+    const auto pieces = outlines.find(id);
+    return pieces == outlines.end() ? 0 : count_over(pieces->second, keyframes, graph, other);
+  }
+  // What is seen of a plane grows: the little that one pair showed lies within what the other did.
+  bool within(PlaneId id, const std::set<KeyframeId>& keyframes, PlaneId other,
+              const std::set<KeyframeId>& others) const {
+    const auto pieces = outlines.find(other);
+    if (pieces == outlines.end()) return false;
+    std::vector<OutlinePiece> kept;
+    std::copy_if(pieces->second.begin(), pieces->second.end(), std::back_inserter(kept),
+                 [&](const OutlinePiece& piece) { return others.count(piece.keyframe) > 0; });
+    PlaneLandmark seen = graph.at(other);
+    remake_outline(seen, kept, graph, seen.outline.cell_size());
+    return outlines.count(id) > 0 && 2 * over(id, keyframes, seen) > keyframes.size();
+  }
+};
+
 }  // namespace
 
 std::vector<ShiftedNames> find_shifted_names(
@@ -117,33 +154,10 @@ std::vector<ShiftedNames> find_shifted_names(
   const PlaneNeighbourhood near(graph, outlines, options.association.max_gap_m, false);
   // Names that slipped are what views were rejected for: those have a say.
   const ViewsApart views(graph, options.association, options.gate, 0);
-  std::map<PlaneId, std::vector<Beside>> row;  // what stands beside a plane, and how far
-  for (const auto& [a, b] : near.pairs(options.association.max_angle_deg * kDegree)) {
-    for (const auto& [id, other] : {std::pair(a, b), std::pair(b, a)}) {
-      const auto offset = views.offset(other, id);
-      if (offset && std::abs(offset->mean) <= kMostOff) row[id].push_back({other, *offset});
-    }
-  }
-  const auto saw_over = [&](PlaneId id, const std::set<KeyframeId>& keyframes, PlaneId other) {
-    const auto pieces = outlines.find(id);
-    return pieces == outlines.end() ? 0 : over(pieces->second, keyframes, graph, graph.at(other));
-  };
-  // What is seen of a plane grows: the little that one pair showed lies within what the other did.
-  const auto seen_within = [&](PlaneId id, const std::set<KeyframeId>& keyframes, PlaneId other,
-                               const std::set<KeyframeId>& others) {
-    const auto pieces = outlines.find(other);
-    if (pieces == outlines.end()) return false;
-    std::vector<OutlinePiece> kept;
-    std::copy_if(pieces->second.begin(), pieces->second.end(), std::back_inserter(kept),
-                 [&](const OutlinePiece& piece) { return others.count(piece.keyframe) > 0; });
-    PlaneLandmark seen = graph.at(other);
-    remake_outline(seen, kept, graph, seen.outline.cell_size());
-    const auto own = outlines.find(id);
-    return own != outlines.end() &&
-           2 * over(own->second, keyframes, graph, seen) > keyframes.size();
-  };
+  const SeenPieces pieces{graph, outlines};
   std::vector<ShiftedNames> found;
-  for (const auto& [into, sides] : row) {
+  for (const auto& [into, sides] :
+       planes_beside(near, views, options.association.max_angle_deg * kDegree)) {
     for (const Beside& from : sides) {
       for (const Beside& beside : sides) {
         const double sum = from.offset.mean + beside.offset.mean;
@@ -153,13 +167,13 @@ std::vector<ShiftedNames> find_shifted_names(
         }
         const std::set<KeyframeId>& see_from = from.offset.seen_by;
         const std::set<KeyframeId>& see_beside = beside.offset.seen_by;
-        const std::size_t in_place = saw_over(into, see_from, beside.id);
+        const std::size_t in_place = pieces.over(into, see_from, graph.at(beside.id));
         if (2 * in_place <= see_from.size() &&
-            !seen_within(beside.id, see_beside, into, see_from)) {
+            !pieces.within(beside.id, see_beside, into, see_from)) {
           continue;
         }
-        if (2 * saw_over(from.id, see_from, into) <= see_from.size()) continue;
-        const std::size_t missed = in_place + saw_over(into, see_beside, from.id);
+        if (2 * pieces.over(from.id, see_from, graph.at(into)) <= see_from.size()) continue;
+        const std::size_t missed = in_place + pieces.over(into, see_beside, graph.at(from.id));
         for (auto& renamed : shifted_views(graph, into, see_from, see_beside)) {
           found.push_back({from.id, into, beside.id, missed, std::move(renamed)});
         }

@@ -100,15 +100,22 @@ std::vector<Waiting> waiting_pairs(const Graph& graph, const PlaneNeighbourhood&
   return result;
 }
 
-}  // namespace
+// Where p is one plane and narrows q down, and q is one plane, too, then.
+bool confirms(const Waiting& p, const Waiting& q, const Crosses& crosses,
+              const DoubleOptions& options) {
+  Matrix6d cross;
+  cross << crosses(q.a, p.a), crosses(q.a, p.b), crosses(q.b, p.a), crosses(q.b, p.b);
+  const Eigen::Matrix3d C_qp = q.gap.J * cross * p.gap.J.transpose();
+  const Eigen::Matrix3d gain = p.C.llt().solve(C_qp.transpose()).transpose();
+  const Eigen::Matrix3d C = q.C - gain * C_qp.transpose();
+  return C(2, 2) > 0 && std::sqrt(C(2, 2)) <= options.max_sigma_m &&
+         !(chi_squared(q.gap.off - gain * p.gap.off, C) > options.gate);
+}
 
-std::vector<Pair> find_waiting_doubles(const Graph& graph,
-                                       const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
-                                       const std::set<Pair>& apart, const DoubleOptions& options) {
-  const PlaneNeighbourhood near(graph, outlines, options.association.max_gap_m, false);
-  const LevelGaps gaps(graph, outlines, options.association);
-  std::vector<Waiting> waiting = waiting_pairs(graph, near, gaps, apart, options);
-  const auto tell_each_other = [&](const Waiting& p, const Waiting& q) {
+// Of the pairs, those that another one confirms.
+std::vector<Waiting> confirmed(const Graph& graph, std::vector<Waiting> waiting,
+                               const DoubleOptions& options) {
+  const auto independent = [&](const Waiting& p, const Waiting& q) {
     return !shares_plane(p, q) &&
            angle_between(graph.at(p.b).plane_anchor, graph.at(q.b).plane_anchor) >= kOtherWay;
   };
@@ -116,7 +123,7 @@ std::vector<Pair> find_waiting_doubles(const Graph& graph,
   bool any = false;
   for (const Waiting& p : waiting) {
     for (const Waiting& q : waiting) {
-      if (!tell_each_other(p, q)) continue;
+      if (!independent(p, q)) continue;
       any = true;
       for (const PlaneId x : {p.a, p.b})
         for (const PlaneId y : {q.a, q.b}) crosses.ask(x, y);
@@ -125,32 +132,43 @@ std::vector<Pair> find_waiting_doubles(const Graph& graph,
   if (!any || !crosses.solve(graph)) return {};
   for (Waiting& p : waiting) {
     for (Waiting& q : waiting) {
-      if (!tell_each_other(p, q)) continue;
-      Matrix6d cross;
-      cross << crosses(q.a, p.a), crosses(q.a, p.b), crosses(q.b, p.a), crosses(q.b, p.b);
-      const Eigen::Matrix3d C_qp = q.gap.J * cross * p.gap.J.transpose();
-      const Eigen::Matrix3d gain = p.C.llt().solve(C_qp.transpose()).transpose();
-      const Eigen::Matrix3d C = q.C - gain * C_qp.transpose();
-      if (!(C(2, 2) > 0 && std::sqrt(C(2, 2)) <= options.max_sigma_m)) continue;
-      if (chi_squared(q.gap.off - gain * p.gap.off, C) > options.gate) continue;
-      p.told = q.told = true;
+      if (independent(p, q) && confirms(p, q, crosses, options)) p.told = q.told = true;
     }
   }
   std::erase_if(waiting, [](const Waiting& p) { return !p.told; });
-  // Planes that agree with one plane, and are not one: which of them it is stays open.
-  std::set<PlaneId> open, taken;
-  for (const Waiting& p : waiting) {
-    for (const Waiting& q : waiting) {
+  return waiting;
+}
+
+// Planes that agree with one plane, and are not one: which of them it is stays open.
+std::set<PlaneId> ambiguous(const Graph& graph, const PlaneNeighbourhood& near,
+                            const std::vector<Waiting>& pairs, double surface_sigma_m) {
+  std::set<PlaneId> open;
+  for (const Waiting& p : pairs) {
+    for (const Waiting& q : pairs) {
       for (const auto& [one, other] : {Pair(p.a, p.b), Pair(p.b, p.a)}) {
         const PlaneId third = q.a == one ? q.b : q.b == one ? q.a : PlaneId::kNone;
         if (third == PlaneId::kNone || third == other) continue;
         const PlaneGap gap = gap_between(graph.at(third), graph.at(other), near.middle(third));
-        if (std::abs(gap.off.z()) > 3 * options.association.surface_sigma_m) open.insert(one);
+        if (std::abs(gap.off.z()) > 3 * surface_sigma_m) open.insert(one);
       }
     }
   }
+  return open;
+}
+
+}  // namespace
+
+std::vector<Pair> find_waiting_doubles(const Graph& graph,
+                                       const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
+                                       const std::set<Pair>& apart, const DoubleOptions& options) {
+  const PlaneNeighbourhood near(graph, outlines, options.association.max_gap_m, false);
+  const LevelGaps gaps(graph, outlines, options.association);
+  const std::vector<Waiting> pairs =
+      confirmed(graph, waiting_pairs(graph, near, gaps, apart, options), options);
+  const std::set<PlaneId> open = ambiguous(graph, near, pairs, options.association.surface_sigma_m);
+  std::set<PlaneId> taken;
   std::vector<Pair> doubles;
-  for (const Waiting& p : waiting) {
+  for (const Waiting& p : pairs) {
     if (open.count(p.a) || open.count(p.b) || taken.count(p.a) || taken.count(p.b)) continue;
     taken.insert({p.a, p.b});
     doubles.emplace_back(p.a, p.b);
