@@ -95,6 +95,7 @@ class Lift {
   double height(const SE3& T_a_b) const;
   std::optional<Match> match(const Sheet& a, const Sheet& b, const SE3& T_a_b, double gate) const;
   std::vector<Match> matches(const SE3& T_a_b, bool sure) const;
+  Vector6d held(const std::vector<Match>& matches) const;
   SE3 solved(const SE3& T_a_b, const std::vector<Match>& matches) const;
 
   OverlapOptions options_;
@@ -183,19 +184,23 @@ std::vector<Match> Lift::matches(const SE3& T_a_b, bool sure) const {
   return result;
 }
 
+// What no plane tells stays: lines of scans say nothing of height and tilt.
+Vector6d Lift::held(const std::vector<Match>& matches) const {
+  constexpr double kHeld = 1e12;
+  Vector6d hold = (Vector6d() << 1, 1, kHeld, kHeld, kHeld, 1).finished();
+  for (const Match& m : matches) {
+    if (a_[m.a].partial || b_[m.b].partial) continue;
+    hold.segment<2>(3).setConstant(1e3);
+    if (a_[m.a].level()) hold(2) = 1;
+  }
+  return hold;
+}
+
 // Least squares over the pairs: normals to a degree, distances to 3 cm, weighed by what they share.
 SE3 Lift::solved(const SE3& T_a_b, const std::vector<Match>& matches) const {
   SE3 T = T_a_b;
   for (int round = 0; round < 3; ++round) {
-    // What no plane tells stays: lines of scans say nothing of height and tilt.
-    constexpr double kHeld = 1e12;
-    Vector6d hold = (Vector6d() << 1, 1, kHeld, kHeld, kHeld, 1).finished();
-    for (const Match& m : matches) {
-      if (a_[m.a].partial || b_[m.b].partial) continue;
-      hold.segment<2>(3).setConstant(1e3);
-      if (a_[m.a].level()) hold(2) = 1;
-    }
-    Matrix6d H = hold.asDiagonal();
+    Matrix6d H = held(matches).asDiagonal();
     Vector6d g = Vector6d::Zero();
     for (const Match& m : matches) {
       const Sheet &a = a_[m.a], &b = b_[m.b];
@@ -237,6 +242,14 @@ MapOverlap Lift::lift(const PlanPose& plan) const {
     overlap.level = overlap.level || (a.level() && !a.partial && !b.partial);
   }
   return overlap;
+}
+
+double most_evidence_elsewhere(const std::vector<PlanPlace>& places, const PlanPlace& best) {
+  double most = 0;
+  for (const PlanPlace& p : places) {
+    if (&p != &best) most = std::max(most, p.evidence.nats);
+  }
+  return most;
 }
 
 // What a place gains by leaving the frames where they are up to the drift of two runs: a start at
@@ -297,6 +310,34 @@ double least_against_repeated(const PlanWalls& a, const PlanWalls& b, const Plan
   return least;
 }
 
+// Why the best place is not to be believed; empty where it is, as far as itself and the other
+// places say.
+std::string objection(const OverlapResult& result, const PlanPlace& best,
+                      const OverlapOptions& options) {
+  const PlaceEvidence& e = best.evidence;
+  if (result.evidence < result.needed) {
+    return "evidence " + of_needed(e.nats, result.needed) + tally(e);
+  }
+  if (!best.determined) return "the walls they share leave a direction open" + tally(e);
+  if (result.lead < options.log_odds) {
+    return "several places fit alike: lead " + of_needed(result.lead, options.log_odds) + tally(e);
+  }
+  if (e.through_m > options.max_free_share * (e.same_m + e.through_m)) {
+    return "they contradict each other" + tally(e);
+  }
+  return {};
+}
+
+// As objection(): where rooms repeat and rays do not rule out the next one.
+std::string repetition(const PlanWalls& a, const PlanWalls& b, const PlanPlace& best,
+                       const OverlapOptions& options) {
+  const PlaceEvidence& e = best.evidence;
+  const double against = least_against_repeated(a, b, best.T_a_b, e.through_m, options.log_odds);
+  if (!(against < options.log_odds)) return {};
+  return "rooms repeat, and against the next one rays say " +
+         of_needed(std::max(0.0, against), options.log_odds) + tally(e);
+}
+
 }  // namespace
 
 OverlapResult find_overlap(const MapState& a, const MapState& b, const FreeSpace& free_a,
@@ -316,10 +357,7 @@ OverlapResult find_overlap(const MapState& a, const MapState& b, const FreeSpace
       std::max_element(search.places.begin(), search.places.end(),
                        [&](const PlanPlace& x, const PlanPlace& y) { return odds(x) < odds(y); });
   const PlaceEvidence& e = best->evidence;
-  double next = 0;
-  for (const PlanPlace& p : search.places) {
-    if (&p != &*best) next = std::max(next, p.evidence.nats);
-  }
+  const double next = most_evidence_elsewhere(search.places, *best);
   // All places but one are wrong. Where one of those would be believed by itself, rooms repeat, and
   // facts that come together count as one: as many as make it just not believed.
   const double repeats = std::max(1.0, next / (search.log_places + options.log_odds));
@@ -336,24 +374,11 @@ OverlapResult find_overlap(const MapState& a, const MapState& b, const FreeSpace
   result.kept_frame = (e.nats - next) / repeats < options.log_odds;
   // Frames that are one need no room to be told from the next.
   const bool one_mark = gain(*best) > search.log_places / 2;
-  double against = 0;
-  if (result.evidence < result.needed) {
-    result.reason = "evidence " + of_needed(e.nats, result.needed) + tally(e);
-  } else if (!best->determined) {
-    result.reason = "the walls they share leave a direction open" + tally(e);
-  } else if (result.lead < options.log_odds) {
-    result.reason =
-        "several places fit alike: lead " + of_needed(result.lead, options.log_odds) + tally(e);
-  } else if (e.through_m > options.max_free_share * (e.same_m + e.through_m)) {
-    result.reason = "they contradict each other" + tally(e);
-  } else if (!one_mark &&
-             (against = least_against_repeated(walls_a, walls_b, best->T_a_b, e.through_m,
-                                               options.log_odds)) < options.log_odds) {
-    result.reason = "rooms repeat, and against the next one rays say " +
-                    of_needed(std::max(0.0, against), options.log_odds) + tally(e);
-  } else {
-    result.overlap = Lift(a, b, options).lift(best->T_a_b);
+  result.reason = objection(result, *best, options);
+  if (result.reason.empty() && !one_mark) {
+    result.reason = repetition(walls_a, walls_b, *best, options);
   }
+  if (result.reason.empty()) result.overlap = Lift(a, b, options).lift(best->T_a_b);
   return result;
 }
 

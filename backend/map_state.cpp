@@ -63,8 +63,7 @@ void move_prior(MarginalPrior& prior, const SE3& T) {
   }
 }
 
-// All of a graph, ids raised and moved by T.
-Graph carried(Graph graph, const Offsets& ids, const SE3& T) {
+void carry_states(Graph& graph, const Offsets& ids, const SE3& T) {
   for (auto& k : graph.keyframes) {
     ids.raise(k.id);
     k.T_map_body = T * k.T_map_body;
@@ -81,6 +80,9 @@ Graph carried(Graph graph, const Offsets& ids, const SE3& T) {
     ids.raise(s.parent);
   }
   for (auto& e : graph.extrinsics) ids.raise(e.id);
+}
+
+void carry_factors(Graph& graph, const Offsets& ids, const SE3& T) {
   const auto pairs = [&ids](auto& factors) {
     for (auto& f : factors) {
       ids.raise(f.from);
@@ -118,6 +120,12 @@ Graph carried(Graph graph, const Offsets& ids, const SE3& T) {
     for (auto& id : f.surfels) ids.raise(id);
     move_prior(f, T);
   }
+}
+
+// All of a graph, ids raised and moved by T.
+Graph carried(Graph graph, const Offsets& ids, const SE3& T) {
+  carry_states(graph, ids, T);
+  carry_factors(graph, ids, T);
   return graph;
 }
 

@@ -24,6 +24,11 @@ struct Motion {
   Matrix6d H = Matrix6d::Zero();  // of (v, w), pairs alone
 };
 
+struct Hypothesis {
+  Motion motion;
+  std::vector<Pair> pairs;
+};
+
 class Search {
  public:
   Search(std::span<const RecognitionPlane> fresh, std::span<const RecognitionPlane> old,
@@ -42,6 +47,8 @@ class Search {
   std::vector<Pair> agreeing(const std::vector<Pair>& pairs, const Motion& motion) const;
   bool within_reach(const Motion& motion) const;
   bool determined(const Motion& motion) const;
+  std::vector<Hypothesis> hypotheses(const std::vector<Pair>& pairs) const;
+  bool rivals(const Hypothesis& rival, const Hypothesis& best) const;
   Eigen::Vector3d apply(const Motion& m, const Eigen::Vector3d& x) const {
     return body_ + m.R * Eigen::Vector3d(x - body_) + m.v;
   }
@@ -169,14 +176,9 @@ bool Search::determined(const Motion& motion) const {
          C(5, 5) < sure_angle * sure_angle;
 }
 
-std::optional<PlaceMatch> Search::run() {
-  const std::vector<Pair> pairs = nearby_pairs();
-  if (pairs.size() < static_cast<std::size_t>(options_.min_planes)) return std::nullopt;
-  struct Hypothesis {
-    Motion motion;
-    std::vector<Pair> pairs;
-  };
-  std::vector<Hypothesis> hypotheses;
+// Motions of two pairs each, with all that agree with them.
+std::vector<Hypothesis> Search::hypotheses(const std::vector<Pair>& pairs) const {
+  std::vector<Hypothesis> result;
   std::size_t proposals = 0;
   for (std::size_t a = 0; a < pairs.size() && proposals < kMaxProposals; ++a) {
     for (std::size_t b = a + 1; b < pairs.size() && proposals < kMaxProposals; ++b) {
@@ -192,24 +194,33 @@ std::optional<PlaceMatch> Search::run() {
       motion = solve(inliers);
       if (!motion || !within_reach(*motion)) continue;
       inliers = agreeing(pairs, *motion);
-      hypotheses.push_back({*motion, std::move(inliers)});
+      result.push_back({*motion, std::move(inliers)});
     }
   }
+  return result;
+}
+
+// Another motion that nearly as many pairs agree with.
+bool Search::rivals(const Hypothesis& rival, const Hypothesis& best) const {
+  const bool other = (rival.motion.v - best.motion.v).norm() > 10 * options_.local_sigma_m ||
+                     (rival.motion.R.inverse() * best.motion.R).log().norm() >
+                         5 * options_.local_sigma_deg * kDegree;
+  return other && static_cast<double>(rival.pairs.size()) >
+                      options_.max_rival_share * static_cast<double>(best.pairs.size());
+}
+
+std::optional<PlaceMatch> Search::run() {
+  const std::vector<Pair> pairs = nearby_pairs();
+  if (pairs.size() < static_cast<std::size_t>(options_.min_planes)) return std::nullopt;
+  const std::vector<Hypothesis> found = hypotheses(pairs);
   const auto best = std::max_element(
-      hypotheses.begin(), hypotheses.end(),
+      found.begin(), found.end(),
       [](const Hypothesis& x, const Hypothesis& y) { return x.pairs.size() < y.pairs.size(); });
-  if (best == hypotheses.end() || !determined(best->motion) ||
-      best->pairs.size() < static_cast<std::size_t>(options_.min_planes)) {
+  if (best == found.end() || !determined(best->motion) ||
+      best->pairs.size() < static_cast<std::size_t>(options_.min_planes) ||
+      std::any_of(found.begin(), found.end(),
+                  [&](const Hypothesis& rival) { return rivals(rival, *best); })) {
     return std::nullopt;
-  }
-  for (const auto& rival : hypotheses) {
-    const bool other = (rival.motion.v - best->motion.v).norm() > 10 * options_.local_sigma_m ||
-                       (rival.motion.R.inverse() * best->motion.R).log().norm() >
-                           5 * options_.local_sigma_deg * kDegree;
-    if (other && static_cast<double>(rival.pairs.size()) >
-                     options_.max_rival_share * static_cast<double>(best->pairs.size())) {
-      return std::nullopt;
-    }
   }
   PlaceMatch match;
   match.T_old_new =

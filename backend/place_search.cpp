@@ -32,6 +32,11 @@ class Search {
     double score = 0;
   };
   std::vector<double> turns() const;
+  bool draw_facing(const Eigen::Vector2d& normal, Eigen::ArrayXXf& grid) const;
+  void add_shifts(const PlanWall& wall, const Eigen::Matrix2d& R, const Eigen::Vector2d& high,
+                  const Eigen::ArrayXXf& grid, Eigen::ArrayXXf& sum) const;
+  void take_peaks(Eigen::ArrayXXf& sum, const Eigen::Vector2d& origin, double yaw,
+                  std::vector<Start>& starts) const;
   void correlate(double yaw, std::vector<Start>& starts);
   bool solve(PlanPlace& place) const;
   double step(PlanPlace& place, double gate) const;
@@ -81,10 +86,75 @@ std::vector<double> Search::turns() const {
   return result;
 }
 
+// Walls that face one way, to 4 degrees, share the grid of what they would find.
+std::vector<std::pair<double, std::vector<const PlanWall*>>> by_heading(const PlanWalls& map) {
+  std::vector<std::pair<double, std::vector<const PlanWall*>>> headings;
+  for (const PlanWall& wall : map.walls()) {
+    const double heading = std::atan2(wall.normal.y(), wall.normal.x());
+    auto it = std::find_if(headings.begin(), headings.end(), [&](const auto& h) {
+      return std::abs(wrapped(h.first - heading)) < 4 * kDegree;
+    });
+    if (it == headings.end()) it = headings.insert(it, {heading, {}});
+    it->second.push_back(&wall);
+  }
+  return headings;
+}
+
+// The cells of a's walls that face along `normal`; false where none does.
+bool Search::draw_facing(const Eigen::Vector2d& normal, Eigen::ArrayXXf& grid) const {
+  bool any = false;
+  for (const PlanWall& wall : a_.walls()) {
+    if (wall.normal.dot(normal) < std::cos(kSeekAngle + 4 * kDegree)) continue;
+    for (const auto& p : wall.points) {
+      for (const double off : {-0.5, 0.0, 0.5}) {
+        const Eigen::Vector2d c = (p + off * cell_ * wall.normal - a_.low()) / cell_;
+        const auto i = static_cast<Eigen::Index>(std::floor(c.x() + 1));
+        const auto j = static_cast<Eigen::Index>(std::floor(c.y() + 1));
+        grid(std::clamp<Eigen::Index>(i, 0, grid.rows() - 1),
+             std::clamp<Eigen::Index>(j, 0, grid.cols() - 1)) = 1;
+        any = true;
+      }
+    }
+  }
+  return any;
+}
+
+// What of `grid` stands at the points of one of b's walls, for every shift of it; `high` is b's
+// upper corner.
+void Search::add_shifts(const PlanWall& wall, const Eigen::Matrix2d& R, const Eigen::Vector2d& high,
+                        const Eigen::ArrayXXf& grid, Eigen::ArrayXXf& sum) const {
+  // Long walls say little more than short ones.
+  const auto count = static_cast<double>(wall.points.size());
+  const std::size_t every = std::max<std::size_t>(1, std::lround(cell_ / PlanWalls::kStep));
+  const auto weight = static_cast<float>(static_cast<double>(every) / std::sqrt(count));
+  for (std::size_t k = every / 2; k < wall.points.size(); k += every) {
+    const Eigen::Vector2d c = (high - R * wall.points[k]) / cell_;
+    sum.block(static_cast<Eigen::Index>(c.x()), static_cast<Eigen::Index>(c.y()), grid.rows(),
+              grid.cols()) += weight * grid;
+  }
+}
+
+// The largest sums, no two of them within 0.6 m. `origin`: shift of the first cell.
+void Search::take_peaks(Eigen::ArrayXXf& sum, const Eigen::Vector2d& origin, double yaw,
+                        std::vector<Start>& starts) const {
+  const Eigen::Index sx = sum.rows(), sy = sum.cols();
+  const auto away = static_cast<Eigen::Index>(std::ceil(0.6 / cell_));
+  for (std::size_t n = 0; n < kMaxPeaks; ++n) {
+    Eigen::Index i = 0, j = 0;
+    const float best = sum.maxCoeff(&i, &j);
+    if (best <= 0) break;
+    const Eigen::Vector2d t = origin + cell_ * Eigen::Vector2d(static_cast<double>(i) - 0.5,
+                                                               static_cast<double>(j) - 0.5);
+    starts.push_back({{t, yaw}, static_cast<double>(best)});
+    const Eigen::Index i0 = std::max<Eigen::Index>(0, i - away),
+                       j0 = std::max<Eigen::Index>(0, j - away);
+    sum.block(i0, j0, std::min(sx, i + away + 1) - i0, std::min(sy, j + away + 1) - j0).setZero();
+  }
+}
+
 // Sums, for every shift at once, what stands at each point of b: one pass over a's grid a point.
 void Search::correlate(double yaw, std::vector<Start>& starts) {
-  const PlanPose turn{Eigen::Vector2d::Zero(), yaw};
-  const Eigen::Matrix2d R = turn.R();
+  const Eigen::Matrix2d R = PlanPose{Eigen::Vector2d::Zero(), yaw}.R();
   Eigen::Vector2d low(1e9, 1e9), high(-1e9, -1e9);
   for (const PlanWall& wall : b_.walls()) {
     for (const auto& p : wall.points) {
@@ -101,59 +171,13 @@ void Search::correlate(double yaw, std::vector<Start>& starts) {
   const Eigen::Index nx = cells(size_a.x()), ny = cells(size_a.y());
   const Eigen::Index sx = nx + cells(size_b.x()), sy = ny + cells(size_b.y());
   Eigen::ArrayXXf sum = Eigen::ArrayXXf::Zero(sx, sy);
-  // Walls that face one way share the grid of what they would find.
-  std::vector<std::pair<double, std::vector<const PlanWall*>>> headings;
-  for (const PlanWall& wall : b_.walls()) {
-    const double heading = std::atan2(wall.normal.y(), wall.normal.x());
-    auto it = std::find_if(headings.begin(), headings.end(), [&](const auto& h) {
-      return std::abs(wrapped(h.first - heading)) < 4 * kDegree;
-    });
-    if (it == headings.end()) it = headings.insert(it, {heading, {}});
-    it->second.push_back(&wall);
-  }
-  for (const auto& [heading, walls] : headings) {
-    const Eigen::Vector2d normal = R * Eigen::Vector2d(std::cos(heading), std::sin(heading));
+  for (const auto& [heading, walls] : by_heading(b_)) {
     Eigen::ArrayXXf grid = Eigen::ArrayXXf::Zero(nx, ny);
-    bool any = false;
-    for (const PlanWall& wall : a_.walls()) {
-      if (wall.normal.dot(normal) < std::cos(kSeekAngle + 4 * kDegree)) continue;
-      for (const auto& p : wall.points) {
-        for (const double off : {-0.5, 0.0, 0.5}) {
-          const Eigen::Vector2d c = (p + off * cell_ * wall.normal - a_.low()) / cell_;
-          const auto i = static_cast<Eigen::Index>(std::floor(c.x() + 1));
-          const auto j = static_cast<Eigen::Index>(std::floor(c.y() + 1));
-          grid(std::clamp<Eigen::Index>(i, 0, nx - 1), std::clamp<Eigen::Index>(j, 0, ny - 1)) = 1;
-          any = true;
-        }
-      }
-    }
-    if (!any) continue;
-    for (const PlanWall* wall : walls) {
-      // Long walls say little more than short ones.
-      const auto count = static_cast<double>(wall->points.size());
-      const std::size_t every = std::max<std::size_t>(1, std::lround(cell_ / PlanWalls::kStep));
-      const auto weight = static_cast<float>(static_cast<double>(every) / std::sqrt(count));
-      for (std::size_t k = every / 2; k < wall->points.size(); k += every) {
-        const Eigen::Vector2d c = (high - R * wall->points[k]) / cell_;
-        sum.block(static_cast<Eigen::Index>(c.x()), static_cast<Eigen::Index>(c.y()), nx, ny) +=
-            weight * grid;
-      }
-    }
+    if (!draw_facing(R * Eigen::Vector2d(std::cos(heading), std::sin(heading)), grid)) continue;
+    for (const PlanWall* wall : walls) add_shifts(*wall, R, high, grid, sum);
   }
   tried_ += static_cast<std::size_t>(sx * sy);
-  const auto away = static_cast<Eigen::Index>(std::ceil(0.6 / cell_));
-  for (std::size_t n = 0; n < kMaxPeaks; ++n) {
-    Eigen::Index i = 0, j = 0;
-    const float best = sum.maxCoeff(&i, &j);
-    if (best <= 0) break;
-    const Eigen::Vector2d t =
-        a_.low() - high +
-        cell_ * Eigen::Vector2d(static_cast<double>(i) - 0.5, static_cast<double>(j) - 0.5);
-    starts.push_back({{t, yaw}, static_cast<double>(best)});
-    const Eigen::Index i0 = std::max<Eigen::Index>(0, i - away),
-                       j0 = std::max<Eigen::Index>(0, j - away);
-    sum.block(i0, j0, std::min(sx, i + away + 1) - i0, std::min(sy, j + away + 1) - j0).setZero();
-  }
+  take_peaks(sum, a_.low() - high, yaw, starts);
 }
 
 // One step of least squares over all points of b that find their wall; returns its length.
