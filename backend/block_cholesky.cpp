@@ -114,7 +114,7 @@ void BlockCholesky::Impl::order_blocks(const std::vector<std::pair<int, int>>& p
   blocks = lower_pattern(variables, lower);
 }
 
-void BlockCholesky::Impl::lay_out() {
+void BlockCholesky::Impl::number_rows() {
   const int variables = static_cast<int>(sizes.size());
   first_row.resize(sizes.size());
   ordered_row.resize(sizes.size());
@@ -129,6 +129,11 @@ void BlockCholesky::Impl::lay_out() {
     ordered_row[at(v)] = row;
     row += sizes[at(v)];
   }
+}
+
+void BlockCholesky::Impl::lay_out() {
+  number_rows();
+  const int variables = static_cast<int>(sizes.size());
   block_offset.resize(blocks.rows.size());
   starts.assign(1, 0);
   starts.reserve(at(n) + 1);

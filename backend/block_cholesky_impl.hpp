@@ -52,6 +52,7 @@ struct BlockCholesky::Impl {
 
   ~Impl() { cholmod_free_factor(&L, &common.c); }
   void order_blocks(const std::vector<std::pair<int, int>>& pairs);
+  void number_rows();
   void lay_out();
   void analyze();
   template <class F>

@@ -3,6 +3,7 @@
 
 #include <Eigen/Dense>
 #include <limits>
+#include <numeric>
 
 #include <lamina/models/error.hpp>
 
@@ -70,6 +71,38 @@ LinearSystem linear_system(const EliminationOrder& order, std::span<const Linear
 
 namespace {
 
+/// Columns of zeros before the first entry of each row.
+std::vector<Eigen::Index> first_entries(const Eigen::MatrixXd& A) {
+  std::vector<Eigen::Index> first(static_cast<std::size_t>(A.rows()));
+  for (Eigen::Index i = 0; i < A.rows(); ++i) {
+    Eigen::Index& begin = first[static_cast<std::size_t>(i)];
+    while (begin < A.cols() && A(i, begin) == 0) ++begin;
+  }
+  return first;
+}
+
+/// Reflects the rest of a panel's columns by v = V(:, k), which is in rows `at` and below, and adds
+/// it to the product of the panel's reflections, I - V T V^T [Schreiber1989].
+void reflect_panel(Eigen::MatrixXd& R, Eigen::Index at, Eigen::Index height, Eigen::Index k,
+                   Eigen::MatrixXd& V, Eigen::MatrixXd& T) {
+  double tau = 0, beta = 0;
+  R.col(at).segment(at, height).makeHouseholderInPlace(tau, beta);
+  V(k, k) = 1;
+  V.col(k).segment(k + 1, height - 1) = R.col(at).segment(at + 1, height - 1);
+  const auto v = V.col(k).segment(k, height);
+  for (Eigen::Index j = at + 1; j < at - k + V.cols(); ++j) {
+    auto x = R.col(j).segment(at, height);
+    const double share = tau * v.dot(x);
+    x -= share * v;
+  }
+  R(at, at) = beta;
+  R.col(at).segment(at + 1, height - 1).setZero();
+  T(k, k) = tau;
+  if (k == 0) return;
+  const Eigen::VectorXd overlap = -tau * (V.block(k, 0, height, k).transpose() * v);
+  T.col(k).head(k) = T.topLeftCorner(k, k).triangularView<Eigen::Upper>() * overlap;
+}
+
 /// The triangle of a QR of A, by Householder's reflections. Rows are sorted by their first entry,
 /// and columns are reflected over the rows that have begun by then: a triangle among them (the
 /// prior from before) costs few rows a column, not all of its own (bench/window_bench.cpp). Panels
@@ -77,12 +110,9 @@ namespace {
 Eigen::MatrixXd triangle_of(const Eigen::MatrixXd& A) {
   constexpr Eigen::Index kPanel = 12;
   const Eigen::Index rows = A.rows(), columns = A.cols(), stop = std::min(rows, columns);
-  std::vector<Eigen::Index> first(static_cast<std::size_t>(rows)), order(first.size());
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    Eigen::Index& begin = first[static_cast<std::size_t>(i)];
-    while (begin < columns && A(i, begin) == 0) ++begin;
-    order[static_cast<std::size_t>(i)] = i;
-  }
+  const std::vector<Eigen::Index> first = first_entries(A);
+  std::vector<Eigen::Index> order(first.size());
+  std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
     return first[static_cast<std::size_t>(a)] < first[static_cast<std::size_t>(b)];
   });
@@ -100,24 +130,7 @@ Eigen::MatrixXd triangle_of(const Eigen::MatrixXd& A) {
       const Eigen::Index at = begin + k;
       while (end < rows && begun(at)) ++end;
       const Eigen::Index height = end - at;
-      if (height < 2) continue;  // nothing below: tau stays 0
-      double tau = 0, beta = 0;
-      R.col(at).segment(at, height).makeHouseholderInPlace(tau, beta);
-      V(k, k) = 1;
-      V.col(k).segment(k + 1, height - 1) = R.col(at).segment(at + 1, height - 1);
-      const auto v = V.col(k).segment(k, height);
-      for (Eigen::Index j = at + 1; j < begin + width; ++j) {
-        auto x = R.col(j).segment(at, height);
-        const double share = tau * v.dot(x);
-        x -= share * v;
-      }
-      R(at, at) = beta;
-      R.col(at).segment(at + 1, height - 1).setZero();
-      // Q of the columns so far times this reflection [Schreiber1989].
-      T(k, k) = tau;
-      if (k == 0) continue;
-      const Eigen::VectorXd overlap = -tau * (V.block(k, 0, height, k).transpose() * v);
-      T.col(k).head(k) = T.topLeftCorner(k, k).triangularView<Eigen::Upper>() * overlap;
+      if (height >= 2) reflect_panel(R, at, height, k, V, T);  // else nothing below: tau stays 0
     }
     const Eigen::Index after = columns - begin - width, height = end - begin;
     if (after == 0 || height < 2) continue;
@@ -144,6 +157,28 @@ Conditional conditional(const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr,
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(gone, gone);
   return {-solved.col(kept), -solved.leftCols(kept),
           qr.colsPermutation() * Eigen::MatrixXd(U.solve(identity))};
+}
+
+// The rows of a triangle [R | r] that say something of the kept columns; the rest is a constant.
+void keep_rows_that_carry(const Eigen::MatrixXd& triangle, SquareRootInformation& result) {
+  const Eigen::Index kept = triangle.cols() - 1;
+  const double scale = kept > 0 ? triangle.leftCols(kept).cwiseAbs().maxCoeff() : 0.0;
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < triangle.rows(); ++i) {
+    const bool carries =
+        kept > 0 && triangle.row(i).head(kept).cwiseAbs().maxCoeff() > kZeroRow * scale && i < kept;
+    if (carries) {
+      rows.push_back(i);
+    } else {
+      result.constant += triangle(i, kept) * triangle(i, kept);
+    }
+  }
+  result.R.resize(static_cast<Eigen::Index>(rows.size()), kept);
+  result.r.resize(static_cast<Eigen::Index>(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    result.R.row(static_cast<Eigen::Index>(i)) = triangle.row(rows[i]).head(kept);
+    result.r(static_cast<Eigen::Index>(i)) = triangle(rows[i], kept);
+  }
 }
 
 }  // namespace
@@ -178,24 +213,7 @@ SquareRootInformation eliminate_by_qr(const LinearSystem& system, double toleran
   Eigen::MatrixXd left(stay + static_cast<Eigen::Index>(untouched.size()), kept + 1);
   left << turned.bottomRows(stay), rest(untouched, Eigen::all);
   if (left.rows() == 0) return result;
-  left = triangle_of(left);
-  const double scale = kept > 0 ? left.leftCols(kept).cwiseAbs().maxCoeff() : 0.0;
-  std::vector<Eigen::Index> rows;
-  for (Eigen::Index i = 0; i < left.rows(); ++i) {
-    const bool carries =
-        kept > 0 && left.row(i).head(kept).cwiseAbs().maxCoeff() > kZeroRow * scale && i < kept;
-    if (carries) {
-      rows.push_back(i);
-    } else {
-      result.constant += left(i, kept) * left(i, kept);
-    }
-  }
-  result.R.resize(static_cast<Eigen::Index>(rows.size()), kept);
-  result.r.resize(static_cast<Eigen::Index>(rows.size()));
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    result.R.row(static_cast<Eigen::Index>(i)) = left.row(rows[i]).head(kept);
-    result.r(static_cast<Eigen::Index>(i)) = left(rows[i], kept);
-  }
+  keep_rows_that_carry(triangle_of(left), result);
   return result;
 }
 

@@ -82,6 +82,9 @@ struct NormalEquations::Impl {
   CostByType evaluate(Eigen::VectorXd* out) const;
   double evaluate(const Marginal& marginal, Eigen::VectorXd* out) const;
   static Eigen::MatrixXd turning_columns(const Eigen::MatrixXd& J, const Marginal& marginal);
+  /// J^T J and J^T r of one factor of many blocks, the first `poses` of them poses.
+  void add_block_terms(const std::vector<int>& v, std::size_t poses, const Eigen::MatrixXd& J,
+                       const Eigen::VectorXd& r, Eigen::VectorXd& out) const;
   std::vector<int> variables(const Marginal& marginal) const;
 };
 

@@ -244,6 +244,29 @@ Eigen::MatrixXd NormalEquations::Impl::turning_columns(const Eigen::MatrixXd& J,
   return J(Eigen::all, kept);
 }
 
+void NormalEquations::Impl::add_block_terms(const std::vector<int>& v, std::size_t poses,
+                                            const Eigen::MatrixXd& J, const Eigen::VectorXd& r,
+                                            Eigen::VectorXd& out) const {
+  const Eigen::Index pose_size = states.turns_only ? TurningColumns<PoseState>::kCount : 6;
+  const Eigen::Index other_size = states.turns_only ? TurningColumns<PlaneState>::kCount : 3;
+  const Eigen::MatrixXd H = J.transpose() * J;
+  const Eigen::VectorXd g = J.transpose() * r;
+  Eigen::Index row = 0;
+  for (std::size_t a = 0; a < v.size(); ++a) {
+    const Eigen::Index rows = a < poses ? pose_size : other_size;
+    Eigen::Index column = row;
+    if (v[a] != kHeld) out.segment(matrix->row_of(v[a]), rows) += g.segment(row, rows);
+    for (std::size_t b = a; b < v.size(); ++b) {
+      const Eigen::Index columns = b < poses ? pose_size : other_size;
+      if (v[a] != kHeld && v[b] != kHeld) {
+        matrix->slot(v[a], v[b]).add_block(H.block(row, column, rows, columns));
+      }
+      column += columns;
+    }
+    row += rows;
+  }
+}
+
 double NormalEquations::Impl::evaluate(const Marginal& marginal, Eigen::VectorXd* out) const {
   std::vector<PoseState> poses;
   std::vector<PlaneState> planes;
@@ -266,26 +289,8 @@ double NormalEquations::Impl::evaluate(const Marginal& marginal, Eigen::VectorXd
     J.leftCols<2>() +=
         J.col(2) * ((anchors[p] - graph_anchors[p]).transpose() * states.planes.now[p].B);
   }
-  const std::vector<int> v = variables(marginal);
   if (states.turns_only) J = turning_columns(J, marginal);
-  const Eigen::Index pose_size = states.turns_only ? TurningColumns<PoseState>::kCount : 6;
-  const Eigen::Index other_size = states.turns_only ? TurningColumns<PlaneState>::kCount : 3;
-  const Eigen::MatrixXd H = J.transpose() * J;
-  const Eigen::VectorXd g = J.transpose() * r;
-  Eigen::Index row = 0;
-  for (std::size_t a = 0; a < v.size(); ++a) {
-    const Eigen::Index rows = a < poses.size() ? pose_size : other_size;
-    Eigen::Index column = row;
-    if (v[a] != kHeld) out->segment(matrix->row_of(v[a]), rows) += g.segment(row, rows);
-    for (std::size_t b = a; b < v.size(); ++b) {
-      const Eigen::Index columns = b < poses.size() ? pose_size : other_size;
-      if (v[a] != kHeld && v[b] != kHeld) {
-        matrix->slot(v[a], v[b]).add_block(H.block(row, column, rows, columns));
-      }
-      column += columns;
-    }
-    row += rows;
-  }
+  add_block_terms(variables(marginal), poses.size(), J, r, *out);
   return r.squaredNorm();
 }
 

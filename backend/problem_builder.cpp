@@ -198,9 +198,10 @@ CeresGraph::CeresGraph(const Graph& graph) : impl_(std::make_unique<Impl>(graph)
 CeresGraph::~CeresGraph() = default;
 ceres::Problem& CeresGraph::problem() { return *impl_->problem; }
 
-MinimizerResult CeresGraph::solve(const MinimizerOptions& options, const SolverChoice& choice) {
-  MinimizerResult result;
-  if (impl_->problem->NumResidualBlocks() == 0) return result;
+namespace {
+
+// Nothing but AbsoluteStop ends a solve early.
+ceres::Solver::Options solver_options(const MinimizerOptions& options) {
   ceres::Solver::Options ceres_options;
   ceres_options.num_threads = 1;
   ceres_options.logging_type = ceres::SILENT;
@@ -212,6 +213,15 @@ MinimizerResult CeresGraph::solve(const MinimizerOptions& options, const SolverC
   ceres_options.parameter_tolerance = 0;
   ceres_options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
   ceres_options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  return ceres_options;
+}
+
+}  // namespace
+
+MinimizerResult CeresGraph::solve(const MinimizerOptions& options, const SolverChoice& choice) {
+  MinimizerResult result;
+  if (impl_->problem->NumResidualBlocks() == 0) return result;
+  ceres::Solver::Options ceres_options = solver_options(options);
   if (choice.kind == SolverChoice::Kind::kSchur) {
     ceres_options.linear_solver_type = ceres::SPARSE_SCHUR;
     auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();

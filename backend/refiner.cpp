@@ -54,6 +54,19 @@ int rank_deficiency(NormalEquations& equations) {
   return equations.dimension();
 }
 
+/// Of the types that the graph has factors of.
+std::vector<CostChange> costs_of(const Graph& graph, const RobustOutcome& outcome) {
+  std::vector<CostChange> costs;
+  const auto counts = counts_of(graph);
+  for (int t = 0; t < kFactorTypes; ++t) {
+    const auto k = static_cast<std::size_t>(t);
+    if (counts[k] == 0) continue;
+    costs.push_back(
+        {static_cast<FactorType>(t), counts[k], outcome.initial_cost[k], outcome.final_cost[k]});
+  }
+  return costs;
+}
+
 }  // namespace
 
 RefineResult refine(Graph& graph, const RefineOptions& options,
@@ -82,13 +95,7 @@ RefineResult refine(Graph& graph, const RefineOptions& options,
   result.iterations = outcome.iterations;
   result.rounds = outcome.rounds;
   result.rejected = outcome.rejected;
-  const auto counts = counts_of(graph);
-  for (int t = 0; t < kFactorTypes; ++t) {
-    const auto k = static_cast<std::size_t>(t);
-    if (counts[k] == 0) continue;
-    result.costs.push_back(
-        {static_cast<FactorType>(t), counts[k], outcome.initial_cost[k], outcome.final_cost[k]});
-  }
+  result.costs = costs_of(graph, outcome);
   NormalEquations& equations = *outcome.equations;
   // The last system of the solve was damped: where even that had no small pivot there is none.
   if (equations.dimension() > 0 && equations.weak_pivots(kCertainPivot) > 0) {

@@ -289,43 +289,48 @@ bool solve_doubting(Graph& graph, const Agreement& agreement, const RefineOption
   return graduate(widest, careful, outcome, rounds) && settle(graph, options, outcome, rounds);
 }
 
+/// Keyframes from which a path is asked by its turns first. What was refined before needs no
+/// unwinding, as a rule.
+std::size_t turns_first(const RefineOptions& options) {
+  return options.refined_before ? std::numeric_limits<std::size_t>::max() : options.turns_first;
+}
+
+/// What the plain solution says of the factors. A contradiction leaves the graph as it was.
+Verdict solve_plainly(Graph& graph, const RefineOptions& options, RobustOutcome& outcome,
+                      Rounds& rounds) {
+  // Consistent problems hardly ever have a step that raises the cost.
+  constexpr int kMostRejections = 4;
+  const bool doubted_before = !rejected_factors(graph).empty();
+  const GraphStates start = states_of(graph);
+  MinimizerOptions plain = options.minimizer;
+  plain.max_rejections = kMostRejections;
+  // Stopped: what there is stands.
+  if (!rounds.run_unwinding(plain, turns_first(options))) return Verdict::kConsistent;
+  const Verdict verdict = judge(outcome.equations->chi_squared(), options.inlier_chi2);
+  if (verdict == Verdict::kContradiction) {
+    put_back(start, graph);
+    return options.refined_before ? Verdict::kFewOutliers : verdict;
+  }
+  return verdict == Verdict::kConsistent && doubted_before ? Verdict::kFewOutliers : verdict;
+}
+
 }  // namespace
 
 RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
                                 const std::function<bool(const RefineProgress&)>& progress) {
-  // Consistent problems hardly ever have a step that raises the cost.
-  constexpr int kMostRejections = 4;
   RobustOutcome outcome;
   Rounds rounds(graph, outcome, progress);
-  MinimizerOptions plain = options.minimizer;
-  // What was refined before needs no unwinding, as a rule.
-  const std::size_t turns_first =
-      options.refined_before ? std::numeric_limits<std::size_t>::max() : options.turns_first;
   if (!options.robust) {
-    rounds.run_unwinding(plain, turns_first);
+    rounds.run_unwinding(options.minimizer, turns_first(options));
     rounds.write();
     return outcome;
   }
-  const bool doubted_before = !rejected_factors(graph).empty();
   const Agreement agreement = agreeing_observations(graph, options.inlier_chi2);
-  Verdict verdict = Verdict::kContradiction;
   const bool named_wrong = agreement.conflicts > graph.plane_moments.size() / 500;
-  if (!named_wrong) {
-    const GraphStates start = states_of(graph);
-    plain.max_rejections = kMostRejections;
-    if (rounds.run_unwinding(plain, turns_first)) {
-      verdict = judge(outcome.equations->chi_squared(), options.inlier_chi2);
-      if (verdict == Verdict::kContradiction) put_back(start, graph);
-      if (verdict == Verdict::kConsistent && doubted_before) verdict = Verdict::kFewOutliers;
-    } else {
-      verdict = Verdict::kConsistent;  // stopped: what there is stands
-    }
-  }
-  if (verdict == Verdict::kContradiction && options.refined_before && !named_wrong) {
-    verdict = Verdict::kFewOutliers;
-  }
+  const Verdict verdict =
+      named_wrong ? Verdict::kContradiction : solve_plainly(graph, options, outcome, rounds);
   // The plain solution was never written: the graph is still where it began.
-  if (verdict == Verdict::kContradiction && named_wrong) {
+  if (named_wrong) {
     const Tracks tracks = geometric_tracks(graph, options.inlier_chi2);
     follow_tracks(graph, tracks, options.minimizer);
     if (solve_doubting(graph, agreement_of(graph, tracks), options, outcome, rounds)) {

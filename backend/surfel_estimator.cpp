@@ -159,20 +159,42 @@ std::vector<KeyframeId> SurfelEvidence::keyframes() const {
   return result;
 }
 
+namespace {
+
+// Adds to the level of its cell whose evidence is at this height, or the next free one.
+void add_at_height(SurfelFloor& floor, const Moments& moments, double level_gap_m) {
+  SurfelFloor::Key key = floor.key_of(moments.mean());
+  while (const SurfelCell* there = floor.find(key)) {
+    if (std::abs(there->evidence.mean().z() - moments.mean().z()) <= level_gap_m) break;
+    ++key.level;
+  }
+  floor.at_or_new(key).evidence.merge(moments);
+}
+
+// The plane that was seen at `x` and is nearest to it; null: none within `farthest`.
+const PlaneLandmark* parent_of(const Eigen::Vector3d& x,
+                               const std::vector<const PlaneLandmark*>& planes, double farthest) {
+  const PlaneLandmark* parent = nullptr;
+  double nearest = farthest;
+  for (const PlaneLandmark* plane : planes) {
+    const double off = std::abs(plane->plane_anchor.signed_distance(x - plane->anchor_map));
+    if (off >= nearest) continue;
+    if (!plane->outline.contains((plane->T_map_outline.inverse() * x).head<2>())) continue;
+    parent = plane;
+    nearest = off;
+  }
+  return parent;
+}
+
+}  // namespace
+
 SurfelFloor SurfelEvidence::solve(const Graph& graph, const SurfelOptions& options) const {
   SurfelFloor floor(options.cell_m);
   for (const auto& [id, squares] : evidence_) {
     const Keyframe* keyframe = graph.find(id);
     if (keyframe == nullptr) continue;
     for (const auto& [square, moments_body] : squares) {
-      const Moments moments = moments_body.transformed(keyframe->T_map_body);
-      SurfelFloor::Key key = floor.key_of(moments.mean());
-      // The level whose evidence is at this height, or the next free one.
-      while (const SurfelCell* there = floor.find(key)) {
-        if (std::abs(there->evidence.mean().z() - moments.mean().z()) <= options.level_gap_m) break;
-        ++key.level;
-      }
-      floor.at_or_new(key).evidence.merge(moments);
+      add_at_height(floor, moments_body.transformed(keyframe->T_map_body), options.level_gap_m);
     }
   }
   std::vector<const PlaneLandmark*> parents;
@@ -181,16 +203,7 @@ SurfelFloor SurfelEvidence::solve(const Graph& graph, const SurfelOptions& optio
   }
   std::vector<SurfelFloor::Key> unsolved;
   for (auto& [key, cell] : floor.cells()) {
-    const PlaneLandmark* parent = nullptr;
-    double nearest = options.level_gap_m;
-    for (const PlaneLandmark* plane : parents) {
-      const Eigen::Vector3d x = cell.evidence.mean();
-      const double off = std::abs(plane->plane_anchor.signed_distance(x - plane->anchor_map));
-      if (off >= nearest) continue;
-      if (!plane->outline.contains((plane->T_map_outline.inverse() * x).head<2>())) continue;
-      parent = plane;
-      nearest = off;
-    }
+    const PlaneLandmark* parent = parent_of(cell.evidence.mean(), parents, options.level_gap_m);
     Plane plane_map;
     if (parent) plane_map = parent->plane_map();
     const auto solved =

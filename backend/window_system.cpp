@@ -133,6 +133,35 @@ double WindowSystem::pivot(double value, double original) {
   return kHeld;
 }
 
+namespace {
+
+// Cholesky in place of the lower triangle, left-looking, in panels of columns; pivot(value, column)
+// gives the root of a pivot.
+template <class Pivot>
+void factor_in_panels(Eigen::MatrixXd& C, const Pivot& pivot) {
+  constexpr int kPanel = 24;
+  const int n = static_cast<int>(C.rows());
+  for (int begin = 0; begin < n; begin += kPanel) {
+    const int width = std::min(kPanel, n - begin), rest = n - begin;
+    if (begin > 0) {
+      C.block(begin, begin, rest, width).noalias() -=
+          C.block(begin, 0, rest, begin) * C.block(begin, 0, width, begin).transpose();
+    }
+    for (int j = begin; j < begin + width; ++j) {
+      auto tail = C.col(j).tail(n - j);
+      if (j > begin) {
+        tail.noalias() -=
+            C.block(j, begin, n - j, j - begin) * C.row(j).segment(begin, j - begin).transpose();
+      }
+      const double p = pivot(tail(0), j);
+      tail(0) = p;
+      if (n - j > 1) tail.tail(n - j - 1) /= p;
+    }
+  }
+}
+
+}  // namespace
+
 bool WindowSystem::factor(double lambda) {
   held_ = 0;
   if (!g_.allFinite()) return false;
@@ -165,26 +194,8 @@ bool WindowSystem::factor(double lambda) {
   if (np > 0 && nl > 0) {
     C_factor_.selfadjointView<Eigen::Lower>().rankUpdate(W_factor_, -1.0);
   }
-  // Planes: left-looking, in panels of columns, with the same hold on directions without evidence.
-  constexpr int kPanel = 24;
-  for (int begin = 0; begin < nl; begin += kPanel) {
-    const int width = std::min(kPanel, nl - begin), rest = nl - begin;
-    if (begin > 0) {
-      C_factor_.block(begin, begin, rest, width).noalias() -=
-          C_factor_.block(begin, 0, rest, begin) *
-          C_factor_.block(begin, 0, width, begin).transpose();
-    }
-    for (int j = begin; j < begin + width; ++j) {
-      auto tail = C_factor_.col(j).tail(nl - j);
-      if (j > begin) {
-        tail.noalias() -= C_factor_.block(j, begin, nl - j, j - begin) *
-                          C_factor_.row(j).segment(begin, j - begin).transpose();
-      }
-      const double p = pivot(tail(0), diagonal(j));
-      tail(0) = p;
-      if (nl - j > 1) tail.tail(nl - j - 1) /= p;
-    }
-  }
+  // Planes, with the same hold on directions without evidence.
+  factor_in_panels(C_factor_, [&](double value, int j) { return pivot(value, diagonal(j)); });
   return C_factor_.diagonal().allFinite() && W_factor_.allFinite();
 }
 
