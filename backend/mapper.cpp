@@ -32,6 +32,25 @@ bool usable(const SE3& T) {
   return T.translation().allFinite() && T.so3().quaternion().coeffs().allFinite();
 }
 
+void append_finite(const std::vector<Eigen::Vector3d>& points_body, const SE3& T_keyframe_body,
+                   std::vector<Eigen::Vector3d>& points_keyframe) {
+  points_keyframe.reserve(points_keyframe.size() + points_body.size());  // and no more
+  for (const auto& p : points_body) {
+    if (p.allFinite()) points_keyframe.push_back(T_keyframe_body * p);
+  }
+}
+
+void add_floor(const Observations& observations, KeyframeId keyframe, const SE3& T_keyframe_sensor,
+               SurfelEvidence& surfels) {
+  for (const auto& patch : observations.floor_patches) {
+    // Its own plane takes the noise floor; a patch too thin for a plane says nothing of a surfel.
+    const auto fit = patch.moments_sensor.fit_plane(Eigen::Vector3d::Zero(), 1.0);
+    if (!fit) continue;
+    const Moments m = patch.moments_sensor.discounted(fit->plane.normal(), patch.floor);
+    surfels.add(keyframe, m.transformed(T_keyframe_sensor));
+  }
+}
+
 }  // namespace
 
 AddResult Mapper::add(const Observations& observations, const SE3& T_prev_body,
@@ -167,28 +186,16 @@ void Mapper::gather(Step& step) {
     if (tentative.landmark.observations < options_.min_observations) continue;
     if (const auto id = promote(tentative)) step.result.new_planes.push_back(*id);
   }
-  std::erase_if(tentatives_, [this](const Tentative& t) {
-    const auto age = static_cast<std::int64_t>(keyframe_) - static_cast<std::int64_t>(t.last);
-    return t.evidence.empty() || age > options_.forget_keyframes;
-  });
-  std::erase_if(tracks_, [this](const auto& link) {
-    const auto age =
-        static_cast<std::int64_t>(keyframe_) - static_cast<std::int64_t>(link.second.last);
-    return age > options_.forget_keyframes;
-  });
-  for (const auto& patch : step.observations.floor_patches) {
-    // Its own plane takes the noise floor; a patch too thin for a plane says nothing of a surfel.
-    const auto fit = patch.moments_sensor.fit_plane(Eigen::Vector3d::Zero(), 1.0);
-    if (!fit) continue;
-    const Moments m = patch.moments_sensor.discounted(fit->plane.normal(), patch.floor);
-    surfels_.add(keyframe_, m.transformed(T * step.observations.T_body_sensor));
-  }
+  const auto forgotten = [this](KeyframeId last) {
+    return static_cast<std::int64_t>(keyframe_) - static_cast<std::int64_t>(last) >
+           options_.forget_keyframes;
+  };
+  std::erase_if(tentatives_,
+                [&](const Tentative& t) { return t.evidence.empty() || forgotten(t.last); });
+  std::erase_if(tracks_, [&](const auto& link) { return forgotten(link.second.last); });
+  add_floor(step.observations, keyframe_, T * step.observations.T_body_sensor, surfels_);
   if (step.result.is_keyframe || !loose_body_.count(keyframe_)) {
-    auto& loose = loose_body_[keyframe_];
-    loose.reserve(loose.size() + step.observations.obstacle_points_body.size());  // and no more
-    for (const auto& p : step.observations.obstacle_points_body) {
-      if (p.allFinite()) loose.push_back(T * p);
-    }
+    append_finite(step.observations.obstacle_points_body, T, loose_body_[keyframe_]);
   }
 }
 

@@ -177,6 +177,20 @@ void Mapper::share_outlines(PlaneId old, PlaneId made) {
   share_pieces(graph_, old, made, outlines_[old], outlines_[made]);
 }
 
+namespace {
+
+// Once more, and what it took in all.
+RefineResult refine_again(Graph& graph, const RefineResult& before, const RefineOptions& options,
+                          const std::function<bool(const RefineProgress&)>& progress) {
+  RefineResult next = lamina::refine(graph, options, progress);
+  next.iterations += before.iterations;
+  next.rounds += before.rounds;
+  next.solve_s += before.solve_s;
+  return next;
+}
+
+}  // namespace
+
 // Planes that are two are parted, planes that are one merged, and the graph solved again: what
 // ties places together tells more doubles. Merges that the solution contradicts are taken back.
 RefineResult Mapper::settle_planes(RefineResult result, const RefineOptions& options,
@@ -211,11 +225,7 @@ RefineResult Mapper::settle_planes(RefineResult result, const RefineOptions& opt
     RefineOptions again = options;
     again.refined_before = round > 0;
     again.thorough = false;  // loops that were left out have had their second hearing
-    RefineResult next = lamina::refine(graph_, again, progress);
-    next.iterations += result.iterations;
-    next.rounds += result.rounds;
-    next.solve_s += result.solve_s;
-    result = std::move(next);
+    result = refine_again(graph_, result, again, progress);
     if (result.status == SolveStatus::kCancelled) break;
   }
   remake_outlines();

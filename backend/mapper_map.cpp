@@ -23,6 +23,36 @@ void append(std::vector<std::string>& all, const std::vector<std::string>& more)
   all.insert(all.end(), more.begin(), more.end());
 }
 
+// What a plane's own evidence says of its tangent about its anchor, poses given.
+Eigen::Matrix3d own_information(const Graph& graph, const PlaneLandmark& plane) {
+  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
+  const Matrix32d B = plane.plane_anchor.tangent_basis();
+  for (const auto& f : graph.plane_moments) {
+    if (f.plane != plane.id) continue;
+    const Keyframe* keyframe = graph.find(f.keyframe);
+    if (!keyframe) continue;
+    const Moments m = f.moments_body.transformed(keyframe->T_map_body);
+    H.topLeftCorner<2, 2>() += f.weight * (B.transpose() * m.scatter() * B);
+    Eigen::Vector3d along;
+    along << B.transpose() * (m.mean() - plane.anchor_map), -1;
+    H += f.weight * m.weight() * along * along.transpose();
+  }
+  return H;
+}
+
+// In how many directions `H` leaves a prior of these square roots of information at more than
+// `share` of its sigma.
+int unobserved(const Eigen::Matrix3d& H, const Eigen::Vector3d& prior, double share) {
+  const Eigen::Vector3d scale = prior.cwiseInverse();
+  const Eigen::Matrix3d relative = scale.asDiagonal() * H * scale.asDiagonal();
+  const SymmetricEigen<3> eigen = symmetric_eigen(relative);
+  // sigma / sigma of the prior = 1 / sqrt(1 + information in units of the prior's).
+  const double least = 1 / (share * share) - 1;
+  int directions = 0;
+  for (int k = 0; k < 3; ++k) directions += eigen.values(k) < least ? 1 : 0;
+  return directions;
+}
+
 }  // namespace
 
 std::vector<std::string> MapperOptions::problems() const {
@@ -92,33 +122,10 @@ MapPlane Mapper::map_plane(const PlaneLandmark& plane) const {
   result.observations = plane.observations;
   result.first_seen = plane.first_seen;
   result.last_seen = plane.last_seen;
-  // What its own evidence says of it, poses given; and how much of that is there at all.
-  const Eigen::Matrix3d R_tangent = [&] {
-    Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
-    J.bottomLeftCorner<1, 2>() =
-        -(result.centroid_map - plane.anchor_map).transpose() * plane.plane_anchor.tangent_basis();
-    return J;
-  }();
   const double tilt = 1 / (options_.prior_tilt_deg * kDegree), rho = 1 / options_.prior_distance_m;
   const Eigen::Vector3d prior(tilt, tilt, rho);
-  Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
-  const Matrix32d B = plane.plane_anchor.tangent_basis();
-  for (const auto& f : graph_.plane_moments) {
-    if (f.plane != plane.id) continue;
-    const Keyframe* keyframe = graph_.find(f.keyframe);
-    if (!keyframe) continue;
-    const Moments m = f.moments_body.transformed(keyframe->T_map_body);
-    H.topLeftCorner<2, 2>() += f.weight * (B.transpose() * m.scatter() * B);
-    Eigen::Vector3d along;
-    along << B.transpose() * (m.mean() - plane.anchor_map), -1;
-    H += f.weight * m.weight() * along * along.transpose();
-  }
-  const Eigen::Vector3d scale = prior.cwiseInverse();
-  const Eigen::Matrix3d relative = scale.asDiagonal() * H * scale.asDiagonal();
-  const SymmetricEigen<3> eigen = symmetric_eigen(relative);
-  // sigma / sigma of the prior = 1 / sqrt(1 + information in units of the prior's).
-  const double least = 1 / (options_.unobserved_share * options_.unobserved_share) - 1;
-  for (int k = 0; k < 3; ++k) result.unobserved_directions += eigen.values(k) < least ? 1 : 0;
+  Eigen::Matrix3d H = own_information(graph_, plane);
+  result.unobserved_directions = unobserved(H, prior, options_.unobserved_share);
   H.diagonal() += prior.cwiseAbs2();
   Eigen::Matrix3d C = H.llt().solve(Eigen::Matrix3d::Identity());
   const auto joint = joint_.find(plane.id);
@@ -129,7 +136,10 @@ MapPlane Mapper::map_plane(const PlaneLandmark& plane) const {
   }
   const auto by_wheels = by_wheels_.planes.find(plane.id);
   if (by_wheels != by_wheels_.planes.end()) C += by_wheels->second;
-  result.covariance = R_tangent * C * R_tangent.transpose();
+  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();  // from the anchor to the centroid
+  J.bottomLeftCorner<1, 2>() =
+      -(result.centroid_map - plane.anchor_map).transpose() * plane.plane_anchor.tangent_basis();
+  result.covariance = J * C * J.transpose();
   return result;
 }
 

@@ -55,6 +55,58 @@ std::optional<Plane> upright_plane(const Moments& m, const Eigen::Vector3d& scan
 constexpr double kLevelScan = 0.94;  // cosine: within 20 degrees
 constexpr double kOpenTiltDegrees = 45;
 
+// Of a plane's (tilt, tilt, rho) about `middle`, in its own tangent basis; `C` is about its anchor.
+Eigen::Matrix3d covariance_about(const PlaneLandmark& plane, const Eigen::Matrix3d& C,
+                                 const Eigen::Vector3d& middle) {
+  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
+  const Eigen::Vector3d arm = middle - plane.anchor_map;
+  J.bottomLeftCorner<1, 2>() = -arm.transpose() * plane.plane_anchor.tangent_basis();
+  return J * C * J.transpose();
+}
+
+// Whether two planes are next to each other and agree about `middle`, their covariances being C_a
+// and C_b.
+bool one_surface(const PlaneLandmark& a, const Eigen::Matrix3d& C_a, const PlaneLandmark& b,
+                 const Eigen::Matrix3d& C_b, const Eigen::Vector3d& middle,
+                 const AssociationOptions& options) {
+  if (angle_between(a.plane_anchor, b.plane_anchor) > options.max_angle_deg * kDegree / 4) {
+    return false;
+  }
+  const Eigen::Vector3d off = a.plane_map().about(middle).boxminus(b.plane_map().about(middle));
+  const double surface = options.surface_sigma_m;
+  const double tilt = options.surface_sigma_deg * kDegree;
+  Eigen::Matrix3d C = covariance_about(a, C_a, middle) + covariance_about(b, C_b, middle);
+  C.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, surface * surface);
+  // However unsure, planes this far apart are not made one: a slab lies on its floor.
+  return !(std::abs(off.z()) > 5 * surface) && !(off.dot(C.llt().solve(off)) > 7.8) &&
+         beside(seen_points_map(a), seen_points_map(b), options.max_gap_m);
+}
+
+// Of two factors of one keyframe on one plane the later one goes; the other, or null.
+PlaneMomentsFactor* drop_double(std::vector<PlaneMomentsFactor>& factors, KeyframeId keyframe,
+                                PlaneId plane) {
+  const auto same = [&](const PlaneMomentsFactor& f) {
+    return f.keyframe == keyframe && f.plane == plane;
+  };
+  const auto last = std::find_if(factors.rbegin(), factors.rend(), same);
+  if (last != factors.rend()) factors.erase(std::next(last).base());
+  const auto rest = std::find_if(factors.rbegin(), factors.rend(), same);
+  return rest == factors.rend() ? nullptr : &*rest;
+}
+
+KeyframeId oldest(const std::vector<KeyframeId>& keyframes) {
+  return *std::min_element(keyframes.begin(), keyframes.end());
+}
+
+// Planes near what was seen.
+std::vector<PlaneId> near(const PlaneIndex& index, const PlaneEvidence& seen,
+                          const SE3& T_map_body) {
+  std::vector<Eigen::Vector3d> points;
+  for (const auto& p : seen.outline_body) points.push_back(T_map_body * p);
+  return seen.partial ? index.near(sample_outline(points, index.cell()))
+                      : index.near_close(sample_outline(points, index.small_cell()));
+}
+
 }  // namespace
 
 // ------------------------------------------------------------------------------ forming
@@ -267,14 +319,8 @@ void Mapper::absorb(PlaneId from, PlaneId into) {
     } else {
       // The graph has a factor of each now: one goes, the other takes both.
       there->second.join(views);
-      const auto same = [&](const PlaneMomentsFactor& f) {
-        return f.keyframe == keyframe_ && f.plane == into;
-      };
-      auto& factors = graph_.plane_moments;
-      const auto last = std::find_if(factors.rbegin(), factors.rend(), same);
-      if (last != factors.rend()) factors.erase(std::next(last).base());
-      const auto rest = std::find_if(factors.rbegin(), factors.rend(), same);
-      if (rest != factors.rend()) {
+      PlaneMomentsFactor* rest = drop_double(graph_.plane_moments, keyframe_, into);
+      if (rest) {
         rest->moments_body = factor_moments(there->second);
         window_.set(*rest);
       }
@@ -302,44 +348,20 @@ std::vector<std::pair<PlaneId, PlaneId>> Mapper::merge_coplanar() {
     const PlaneEvidence& seen = gathered_.at(a).best();
     const SE3& T = graph_.at(keyframe_).T_map_body;
     const Eigen::Vector3d middle = T * seen.moments_body.mean();
-    std::vector<Eigen::Vector3d> points;
-    for (const auto& p : seen.outline_body) points.push_back(T * p);
-    const auto near = seen.partial ? index_.near(sample_outline(points, index_.cell()))
-                                   : index_.near_close(sample_outline(points, index_.small_cell()));
+    const std::vector<PlaneId> near_a = near(index_, seen, T);
+    const auto covariance = [this](PlaneId id) -> Eigen::Matrix3d {
+      return joint_.at(id).bottomRightCorner<3, 3>();
+    };
     for (const PlaneId b : window_.planes()) {
       const PlaneLandmark& plane_b = graph_.at(b);
       if (b == a || !plane_b.active || !joint_.count(b)) continue;
-      if (!std::binary_search(near.begin(), near.end(), b)) continue;
-      if (angle_between(plane_a->plane_anchor, plane_b.plane_anchor) >
-          options_.association.max_angle_deg * kDegree / 4) {
-        continue;
-      }
-      const auto at_middle = [&](const PlaneLandmark& plane) {
-        Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
-        const Eigen::Vector3d arm = middle - plane.anchor_map;
-        J.bottomLeftCorner<1, 2>() = -arm.transpose() * plane.plane_anchor.tangent_basis();
-        const Eigen::Matrix3d C = joint_.at(plane.id).bottomRightCorner<3, 3>();
-        return Eigen::Matrix3d(J * C * J.transpose());
-      };
-      const Plane pa = plane_a->plane_map().about(middle), pb = plane_b.plane_map().about(middle);
-      const Eigen::Vector3d off = pa.boxminus(pb);
-      const double surface = options_.association.surface_sigma_m;
-      const double tilt = options_.association.surface_sigma_deg * kDegree;
-      Eigen::Matrix3d C = at_middle(*plane_a) + at_middle(plane_b);
-      C.diagonal() += Eigen::Vector3d(tilt * tilt, tilt * tilt, surface * surface);
-      // However unsure, planes this far apart are not made one: a slab lies on its floor.
-      if (std::abs(off.z()) > 5 * surface) continue;
-      if (off.dot(C.llt().solve(off)) > 7.8) continue;
-      if (!beside(seen_points_map(*plane_a), seen_points_map(plane_b),
-                  options_.association.max_gap_m)) {
+      if (!std::binary_search(near_a.begin(), near_a.end(), b)) continue;
+      if (!one_surface(*plane_a, covariance(a), plane_b, covariance(b), middle,
+                       options_.association)) {
         continue;
       }
       // Two platforms, or one and its floor.
-      if (!gaps) {
-        const auto keyframes = window_.keyframes();
-        const KeyframeId first = *std::min_element(keyframes.begin(), keyframes.end());
-        gaps.emplace(graph_, outlines_, options_.association, first);
-      }
+      if (!gaps) gaps.emplace(graph_, outlines_, options_.association, oldest(window_.keyframes()));
       if (gaps->apart(a, b)) continue;
       const PlaneId from = std::max(a, b), into = std::min(a, b);
       window_.merge_planes(from, into);
