@@ -81,59 +81,80 @@ std::pair<int, int> columns_in(const Eigen::Vector2d& low, const Eigen::Vector2d
   return {static_cast<int>(first), static_cast<int>(last)};
 }
 
-// Columns half a cell apart along the wall; where it leans, pieces that stay in a cell.
-void draw_wall(const MapPlane& plane, const std::vector<Eigen::Vector3d>& outline, Canvas& canvas) {
-  const Eigen::Vector3d& n = plane.plane_map.normal();
-  const double flat = n.head<2>().norm(), r = canvas.options.resolution;
-  const Eigen::Vector3d along(-n.y() / flat, n.x() / flat, 0);
-  const Eigen::Vector3d up(-n.x() * n.z() / flat, -n.y() * n.z() / flat, flat);
-  std::vector<Eigen::Vector2d> uv;
-  double u0 = 1e300, u1 = -1e300, lean = 0;
-  for (const Eigen::Vector3d& p : outline) {
-    const Eigen::Vector3d d = p - plane.centroid_map;
-    uv.emplace_back(along.dot(d), up.dot(d));
-    u0 = std::min(u0, uv.back().x());
-    u1 = std::max(u1, uv.back().x());
-    lean = std::max(lean, std::abs(uv.back().y() * n.z()));
+// A steep plane with its outline, along it and up it from its centroid.
+struct Wall {
+  Wall(const MapPlane& plane, const std::vector<Eigen::Vector3d>& outline)
+      : middle(plane.centroid_map),
+        n(plane.plane_map.normal()),
+        flat(n.head<2>().norm()),
+        along(-n.y() / flat, n.x() / flat, 0),
+        up(-n.x() * n.z() / flat, -n.y() * n.z() / flat, flat) {
+    for (const Eigen::Vector3d& p : outline) {
+      const Eigen::Vector3d d = p - middle;
+      uv.emplace_back(along.dot(d), up.dot(d));
+      u0 = std::min(u0, uv.back().x());
+      u1 = std::max(u1, uv.back().x());
+      lean = std::max(lean, std::abs(uv.back().y() * n.z()));
+    }
   }
-  const double margin = r + lean + wall_reach(canvas.options);
-  const Eigen::Vector2d low = canvas.center(0, 0).array() - margin;
-  const Eigen::Vector2d high = canvas.center(kSide - 1, kSide - 1).array() + margin;
+  Eigen::Vector3d middle, n;
+  double flat;  // length of the normal's level part
+  Eigen::Vector3d along, up;
+  std::vector<Eigen::Vector2d> uv;
+  double u0 = 1e300, u1 = -1e300;
+  double lean = 0;  // m: of its outline, out of the upright through its centroid
+};
+
+// A column of a wall, from v0 above `foot` on; where it leans, pieces that stay in a cell.
+void draw_column(const Wall& wall, const Eigen::Vector3d& foot, double v0, double span,
+                 Canvas& canvas) {
+  const Eigen::Vector3d &n = wall.n, &up = wall.up;
+  const double r = canvas.options.resolution;
   // Half a cell either way: whose centre is that near to a wall is touched by it, and a wall on the
   // border of two cells stands in both.
-  const Eigen::Vector2d aside = 0.5 * r / flat * n.head<2>();
+  const Eigen::Vector2d aside = 0.5 * r / wall.flat * n.head<2>();
+  const double top = face_top((foot + (v0 + 0.5 * span) * up).head<2>(), n.head<2>() / wall.flat,
+                              (foot + v0 * up).z(), (foot + (v0 + span) * up).z(), canvas);
+  const bool stepped = top < (foot + (v0 + span) * up).z();
+  const int pieces = 1 + static_cast<int>(span * std::abs(n.z()) / (r / 2));
+  for (int q = 0; q < pieces; ++q) {
+    const Eigen::Vector3d a = foot + (v0 + span * q / pieces) * up;
+    Eigen::Vector3d b = foot + (v0 + span * (q + 1) / pieces) * up;
+    if (q > 0 && a.z() > top) break;
+    b.z() = std::max(a.z(), std::min(b.z(), top));
+    const Eigen::Vector2d middle = 0.5 * (a + b).head<2>();
+    // A step's face is where its top begins: what lies before it is floor.
+    for (double share = -1; share <= (stepped ? -1 : 1); ++share) {
+      put_obstacle(middle + share * aside, a.z(), b.z(), canvas);
+      bar(middle + share * aside, a.z(), b.z(), canvas);
+    }
+  }
+}
+
+// Columns half a cell apart along the wall.
+void draw_wall(const MapPlane& plane, const std::vector<Eigen::Vector3d>& outline, Canvas& canvas) {
+  const Wall wall(plane, outline);
+  const double r = canvas.options.resolution, u0 = wall.u0, u1 = wall.u1;
+  const double margin = r + wall.lean + wall_reach(canvas.options);
+  const Eigen::Vector2d low = canvas.center(0, 0).array() - margin;
+  const Eigen::Vector2d high = canvas.center(kSide - 1, kSide - 1).array() + margin;
   const int columns = std::max(1, static_cast<int>(std::ceil((u1 - u0) / (r / 2))));
   const double width = (u1 - u0) / columns;
   const auto [first, last] =
-      columns_in(low, high, (plane.centroid_map + (u0 + 0.5 * width) * along).head<2>(),
-                 width * along.head<2>(), columns);
+      columns_in(low, high, (wall.middle + (u0 + 0.5 * width) * wall.along).head<2>(),
+                 width * wall.along.head<2>(), columns);
   std::vector<double> vs;
   for (int k = first; k <= last; ++k) {
     const double u = u0 + (k + 0.5) * (u1 - u0) / columns;
-    const Eigen::Vector3d foot = plane.centroid_map + u * along;
+    const Eigen::Vector3d foot = wall.middle + u * wall.along;
     if ((foot.head<2>().array() < low.array()).any() ||
         (foot.head<2>().array() > high.array()).any()) {
       continue;
     }
-    crossings(uv, u, vs);
+    crossings(wall.uv, u, vs);
     for (std::size_t m = 0; m + 1 < vs.size(); m += 2) {
-      const double v0 = vs[m] - kAstride / 2, span = vs[m + 1] + kAstride / 2 - v0;
-      const double top = face_top((foot + (v0 + 0.5 * span) * up).head<2>(), n.head<2>() / flat,
-                                  (foot + v0 * up).z(), (foot + (v0 + span) * up).z(), canvas);
-      const bool stepped = top < (foot + (v0 + span) * up).z();
-      const int pieces = 1 + static_cast<int>(span * std::abs(n.z()) / (r / 2));
-      for (int q = 0; q < pieces; ++q) {
-        const Eigen::Vector3d a = foot + (v0 + span * q / pieces) * up;
-        Eigen::Vector3d b = foot + (v0 + span * (q + 1) / pieces) * up;
-        if (q > 0 && a.z() > top) break;
-        b.z() = std::max(a.z(), std::min(b.z(), top));
-        const Eigen::Vector2d middle = 0.5 * (a + b).head<2>();
-        // A step's face is where its top begins: what lies before it is floor.
-        for (double share = -1; share <= (stepped ? -1 : 1); ++share) {
-          put_obstacle(middle + share * aside, a.z(), b.z(), canvas);
-          bar(middle + share * aside, a.z(), b.z(), canvas);
-        }
-      }
+      const double v0 = vs[m] - kAstride / 2;
+      draw_column(wall, foot, v0, vs[m + 1] + kAstride / 2 - v0, canvas);
     }
   }
 }

@@ -43,6 +43,7 @@ struct Rasterizer::State {
   void lead(std::vector<std::int32_t>& asked);
   Leader leader(std::size_t seed) const;
   void reach();
+  std::vector<Tile*> number_components(std::int32_t& count);
   std::vector<char> voted(Components& all, std::size_t count) const;
   bool led_by_few() const;
   void spread(const std::vector<Tile*>& floors, Components& all, const std::vector<char>& reached);
@@ -173,20 +174,14 @@ bool Rasterizer::State::led_by_few() const {
   return 2 * static_cast<std::size_t>(led) < leaders.size();
 }
 
-// Components of all tiles, joined over their borders; those under the path are the robot's floor.
-// Where the path lies on no floor (a hand-held camera) it is the largest of all. Nothing changes
-// while the graph of components and those who lead to it are the same, and are most of the path.
-void Rasterizer::State::reach() {
-  const bool few = led_by_few();
-  if (!joined_anew && floor_under_path && !few && !were_few) return;
-  were_few = few;
-  joined_anew = false;
+// Numbers the components of all tiles one after another; returns the tiles that have any.
+std::vector<Tile*> Rasterizer::State::number_components(std::int32_t& count) {
   if (in_order.size() != book.tiles.size()) {  // tiles stay
     in_order.clear();
     for (const auto& [key, tile] : book.tiles) in_order.push_back(tile.get());
   }
   std::vector<Tile*> floors;
-  std::int32_t count = 0;
+  count = 0;
   for (Tile* tile : in_order) {
     if (tile->components == 0) {
       tile->reached.clear();
@@ -196,6 +191,19 @@ void Rasterizer::State::reach() {
     count += tile->components;
     floors.push_back(tile);
   }
+  return floors;
+}
+
+// Components of all tiles, joined over their borders; those under the path are the robot's floor.
+// Where the path lies on no floor (a hand-held camera) it is the largest of all. Nothing changes
+// while the graph of components and those who lead to it are the same, and are most of the path.
+void Rasterizer::State::reach() {
+  const bool few = led_by_few();
+  if (!joined_anew && floor_under_path && !few && !were_few) return;
+  were_few = few;
+  joined_anew = false;
+  std::int32_t count = 0;
+  const std::vector<Tile*> floors = number_components(count);
   floor_seen = count > 0;
   Components all(static_cast<std::size_t>(count));
   for (const Tile* tile : floors) {
