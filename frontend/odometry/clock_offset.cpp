@@ -72,6 +72,65 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+// A piece's residual, in its sigmas, and the derivatives of what is expected by d and s.
+struct Row {
+  Eigen::Vector2d j;
+  double r;
+};
+
+double robust_spread(const std::vector<Row>& rows) {
+  std::vector<double> sizes;
+  for (const Row& row : rows) sizes.push_back(std::abs(row.r));
+  return std::max(1e-3, median(sizes) / kMedian);
+}
+
+// Of d and s, with residuals that are clustered by stretches.
+class NormalEquations {
+ public:
+  NormalEquations(double spread, double s) : spread_(spread), b_(0, -s * prior()) {
+    H_(1, 1) = prior();
+  }
+  void add(int number, double weight, const Row& row) {
+    const auto& [j, r] = row;
+    H_ += weight * j * j.transpose();
+    b_ += weight * r * j;
+    Stretch& stretch = stretches_[number];
+    stretch.pull += weight * r * j;
+    stretch.information += weight * j(0) * j(0);
+  }
+  double prior() const { return spread_ * spread_ / (kScaleSigma * kScaleSigma); }
+  bool offset_observed() const { return H_(0, 0) > 0; }
+  Eigen::Vector2d step() const { return H_.inverse() * b_; }
+  // Stretches counted by their information.
+  double effective_stretches() const {
+    double sum = 0, squares = 0;
+    for (const auto& [number, stretch] : stretches_) {
+      sum += stretch.information;
+      squares += stretch.information * stretch.information;
+    }
+    return sum * sum / squares;
+  }
+  double offset_variance(double count) const {
+    Eigen::Matrix2d sandwich = Eigen::Matrix2d::Zero();
+    for (const auto& [number, stretch] : stretches_) {
+      sandwich += stretch.pull * stretch.pull.transpose();
+    }
+    const Eigen::Matrix2d inverse = H_.inverse();
+    const double few = count / (count - 1);  // as for a sample's variance
+    return std::max(few * (inverse * sandwich * inverse)(0, 0), spread_ * spread_ * inverse(0, 0));
+  }
+
+ private:
+  struct Stretch {
+    Eigen::Vector2d pull = Eigen::Vector2d::Zero();
+    double information = 0;
+  };
+  double spread_;
+  Eigen::Matrix2d H_ = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d b_;
+  std::map<int, Stretch> stretches_;
+};
+
 }  // namespace
 
 bool ClockOffset::Result::stands_out() const {
@@ -94,102 +153,112 @@ void ClockOffset::add(Timestamp from, Timestamp to, double yaw, double sigma) {
   pieces_.push_back({from, to, yaw, sigma});
 }
 
-std::optional<ClockOffset::Result> ClockOffset::result(const TurnTrack& odometry) const {
-  const auto turned = [&odometry](const Piece& piece, double d) -> std::optional<double> {
-    const auto from = odometry.at(piece.from + d), to = odometry.at(piece.to + d);
+// Offset d and scale s from the pieces about which the odometry tells at every offset, and that
+// turn at some.
+class ClockOffset::Fit {
+ public:
+  Fit(const std::vector<Piece>& pieces, const TurnTrack& odometry) : odometry_(odometry) {
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      if (!usable(pieces[i])) continue;
+      used_.push_back(pieces[i]);
+      changes_.push_back(change_of_rate(pieces, i));
+    }
+  }
+  std::size_t pieces() const { return used_.size(); }
+  bool at_end_of_range() const { return std::abs(d_) > kRange - kStep; }
+  void search_grid();
+  // One Gauss-Newton step; nullopt where d is not observed.
+  std::optional<Result> step();
+
+ private:
+  static double expected_sigma(const Piece& piece) {
+    return std::hypot(piece.sigma, kByTurn * piece.yaw);
+  }
+  static int grid_steps() { return static_cast<int>(std::lround(kRange / kStep)); }
+  std::optional<double> turned(const Piece& piece, double d) const {
+    const auto from = odometry_.at(piece.from + d), to = odometry_.at(piece.to + d);
     if (!from || !to) return std::nullopt;
     return *to - *from;
-  };
-  // Pieces about which the odometry tells at every offset, and that turn at some.
-  std::vector<Piece> used;
-  std::vector<std::optional<double>> changes;  // of their turn rates, by the sensor
-  const int steps = static_cast<int>(std::lround(kRange / kStep));
-  for (std::size_t i = 0; i < pieces_.size(); ++i) {
-    const Piece& piece = pieces_[i];
-    bool turns = std::abs(piece.yaw) > kTurns, whole = true;
-    for (int k = -steps - 1; k <= steps + 1 && whole; ++k) {
-      const auto yaw = turned(piece, k * kStep);
-      whole = yaw.has_value();
-      turns = turns || (yaw && std::abs(*yaw) > kTurns);
-    }
-    if (!turns || !whole) continue;
-    used.push_back(piece);
-    changes.push_back(change_of_rate(pieces_, i));
   }
-  if (used.size() < kLeastPieces) return std::nullopt;
-  const auto expected_sigma = [](const Piece& piece) {
-    return std::hypot(piece.sigma, kByTurn * piece.yaw);
-  };
-  double d = 0, least = 1e300;
-  for (int k = -steps; k <= steps; ++k) {
+  bool usable(const Piece& piece) const;
+  std::vector<Row> rows() const;
+
+  const TurnTrack& odometry_;
+  std::vector<Piece> used_;
+  std::vector<std::optional<double>> changes_;  // of their turn rates, by the sensor
+  double d_ = 0, s_ = 0;
+};
+
+bool ClockOffset::Fit::usable(const Piece& piece) const {
+  bool turns = std::abs(piece.yaw) > kTurns;
+  for (int k = -grid_steps() - 1; k <= grid_steps() + 1; ++k) {
+    const auto yaw = turned(piece, k * kStep);
+    if (!yaw) return false;
+    turns = turns || std::abs(*yaw) > kTurns;
+  }
+  return turns;
+}
+
+void ClockOffset::Fit::search_grid() {
+  double least = 1e300;
+  for (int k = -grid_steps(); k <= grid_steps(); ++k) {
     double sum = 0;
-    for (const Piece& piece : used) {
+    for (const Piece& piece : used_) {
       sum += std::abs(piece.yaw - *turned(piece, k * kStep)) / expected_sigma(piece);
     }
     if (sum < least) {
       least = sum;
-      d = k * kStep;
+      d_ = k * kStep;
     }
   }
-  double s = 0;
-  Result result;
+}
+
+std::vector<Row> ClockOffset::Fit::rows() const {
+  std::vector<Row> rows;
+  for (const Piece& piece : used_) {
+    const double sigma = expected_sigma(piece);
+    const double yaw = *turned(piece, d_);
+    const double rate = (*turned(piece, d_ + kStep) - *turned(piece, d_ - kStep)) / (2 * kStep);
+    rows.push_back(
+        {Eigen::Vector2d((1 + s_) * rate, yaw) / sigma, (piece.yaw - (1 + s_) * yaw) / sigma});
+  }
+  return rows;
+}
+
+std::optional<ClockOffset::Result> ClockOffset::Fit::step() {
+  const std::vector<Row> all = rows();
+  const double spread = robust_spread(all);
+  NormalEquations equations(spread, s_);
+  Instrument instrument(equations.prior());
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const auto& [j, r] = all[i];
+    const double weight = 1 / (1 + std::pow(r / (2 * spread), 2));
+    const int number = static_cast<int>((used_[i].from - used_[0].from) / kStretch);
+    equations.add(number, weight, all[i]);
+    if (changes_[i])
+      instrument.add(number, weight, {*changes_[i] / expected_sigma(used_[i]), j(1)}, j, r);
+  }
+  if (!equations.offset_observed()) return std::nullopt;
+  const double count = equations.effective_stretches();
+  if (!(count > 1 + 1e-6)) return std::nullopt;
+  const Eigen::Vector2d step = equations.step();
+  d_ += std::clamp(step(0), -2 * kStep, 2 * kStep);
+  s_ += step(1);
+  const double variance = std::max(equations.offset_variance(count), instrument.variance());
+  return Result{d_, std::sqrt(variance), count};
+}
+
+std::optional<ClockOffset::Result> ClockOffset::result(const TurnTrack& odometry) const {
+  Fit fit(pieces_, odometry);
+  if (fit.pieces() < kLeastPieces) return std::nullopt;
+  fit.search_grid();
+  std::optional<Result> result;
   for (int round = 0; round < kRounds; ++round) {
-    if (std::abs(d) > kRange - kStep) return std::nullopt;
-    struct Row {
-      Eigen::Vector2d j;
-      double r;
-    };
-    std::vector<Row> rows;
-    std::vector<double> sizes;
-    for (const Piece& piece : used) {
-      const double sigma = expected_sigma(piece);
-      const double yaw = *turned(piece, d);
-      const double rate = (*turned(piece, d + kStep) - *turned(piece, d - kStep)) / (2 * kStep);
-      rows.push_back(
-          {Eigen::Vector2d((1 + s) * rate, yaw) / sigma, (piece.yaw - (1 + s) * yaw) / sigma});
-      sizes.push_back(std::abs(rows.back().r));
-    }
-    const double spread = std::max(1e-3, median(sizes) / kMedian);
-    Eigen::Matrix2d H = Eigen::Matrix2d::Zero(), sandwich = Eigen::Matrix2d::Zero();
-    Instrument instrument(spread * spread / (kScaleSigma * kScaleSigma));
-    H(1, 1) = spread * spread / (kScaleSigma * kScaleSigma);
-    Eigen::Vector2d b(0, -s * H(1, 1));
-    struct Stretch {
-      Eigen::Vector2d pull = Eigen::Vector2d::Zero();
-      double information = 0;
-    };
-    std::map<int, Stretch> stretches;
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      const auto& [j, r] = rows[i];
-      const double weight = 1 / (1 + std::pow(r / (2 * spread), 2));
-      H += weight * j * j.transpose();
-      b += weight * r * j;
-      const int number = static_cast<int>((used[i].from - used[0].from) / kStretch);
-      if (changes[i])
-        instrument.add(number, weight, {*changes[i] / expected_sigma(used[i]), j(1)}, j, r);
-      Stretch& stretch = stretches[number];
-      stretch.pull += weight * r * j;
-      stretch.information += weight * j(0) * j(0);
-    }
-    if (!(H(0, 0) > 0)) return std::nullopt;
-    const Eigen::Matrix2d inverse = H.inverse();
-    const Eigen::Vector2d step = inverse * b;
-    double sum = 0, squares = 0;
-    for (const auto& [number, stretch] : stretches) {
-      sandwich += stretch.pull * stretch.pull.transpose();
-      sum += stretch.information;
-      squares += stretch.information * stretch.information;
-    }
-    const double count = sum * sum / squares;
-    if (!(count > 1 + 1e-6)) return std::nullopt;
-    const double few = count / (count - 1);  // as for a sample's variance
-    const double variance =
-        std::max(few * (inverse * sandwich * inverse)(0, 0), spread * spread * inverse(0, 0));
-    d += std::clamp(step(0), -2 * kStep, 2 * kStep);
-    s += step(1);
-    result = {d, std::sqrt(std::max(variance, instrument.variance())), count};
+    if (fit.at_end_of_range()) return std::nullopt;
+    result = fit.step();
+    if (!result) return std::nullopt;
   }
-  if (std::abs(d) > kRange - kStep) return std::nullopt;
+  if (fit.at_end_of_range()) return std::nullopt;
   return result;
 }
 

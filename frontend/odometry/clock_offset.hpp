@@ -45,6 +45,7 @@ class ClockOffset {
     Timestamp from, to;
     double yaw, sigma;
   };
+  class Fit;
   std::vector<Piece> pieces_;
 };
 
