@@ -184,6 +184,17 @@ class FrontEnd {
                      const std::optional<Vector6d>& velocity, std::int64_t& ground) const;
   LaserScan as_noisy_as_it_is(const LaserScan& measured);
   std::optional<Step> process_scan(const LaserScan& measured, io::Metrics& metrics);
+  struct ScanOnItsWay;
+  ScanOnItsWay on_its_way(const LaserScan& measured) const;
+  std::optional<MotionGuess> guess(Timestamp stamp, const std::optional<Increment>& wheels,
+                                   Step& step) const;
+  /// Straightens the scan by its own motion where wheels did not tell it.
+  ScanMotion match(ScanOnItsWay& way, const std::optional<MotionGuess>& guess,
+                   io::Metrics& metrics);
+  /// Where the match says nothing, or what it says is no motion.
+  void doubt(const ScanOnItsWay& way, bool guessed, ScanMotion& motion, Step& step);
+  void remember(const ScanOnItsWay& way, const ScanMotion& motion, const SE3& T_start_body,
+                Step& step);
   std::optional<Step> process_depth(const DepthFrame& frame, SensorKind kind, io::Metrics& metrics);
   void begin_scans(Timestamp stamp, Step& step, ScanMotion& motion);
   bool lost(const ScanMotion& motion, bool guessed) const;

@@ -166,12 +166,13 @@ bool write_results(const MapRequest& request, const Input& input, const Mapper& 
 
 void require_planes(const MapRequest& request, MapOutput& output) {
   if (output.metrics.counts["planes"] != 0) return;
-  const std::vector<Warning>& warnings = output.metrics.warnings;
+  std::string causes;
+  for (const Warning& warning : output.metrics.warnings)
+    causes += (causes.empty() ? "; " : ", ") + warning.id;
   throw Error(fmt::format(
       "{}: found no plane in {:.0f} frames and scans ({}{}), expected walls or floor that "
       "several of them see; the files written hold none",
-      request.input, output.metrics.counts["steps"], output.skipped_text(),
-      warnings.empty() ? "" : "; " + warnings.front().text));
+      request.input, output.metrics.counts["steps"], output.skipped_text(), causes));
 }
 
 void log_warnings(const Recording& recording, const io::Metrics& metrics) {
@@ -246,8 +247,8 @@ int run_map(const MapRequest& request) {
   interrupt.all_is_written();
   if (page) page->finished(request.output);
   fmt::print("{}", output.summary());
-  if (whole && !interrupt.interrupted()) require_planes(request, output);
   log_warnings(*input.recording, output.metrics);
+  if (whole && !interrupt.interrupted()) require_planes(request, output);
   return 0;
 }
 
