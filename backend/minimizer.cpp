@@ -82,14 +82,29 @@ class Damping {
   int rejections_ = 0;
 };
 
-/// Takes a step that was predicted to lower the cost, or undoes it where it does not. `last`: a
-/// step after which the equations are of no more use.
-void try_step(NormalEquations& equations, const Eigen::VectorXd& step, bool follow, bool last,
-              Iteration& report, CostByType& cost) {
+/// The states, their cost and what a step is damped by.
+struct DampedDescent {
+  NormalEquations& equations;
+  const MinimizerOptions& options;
+  CostByType cost;
+  Eigen::VectorXd scale;
+  Damping damping;
+
+  /// Takes a step, or undoes it where it does not lower the cost. `follow`: positions may follow
+  /// its turns. True: it promised so little that it was the last.
+  bool take(const Eigen::VectorXd& step, bool follow, Iteration& report);
+};
+
+bool DampedDescent::take(const Eigen::VectorXd& step, bool follow, Iteration& report) {
+  // Of the quadratic model: cost falls by -g.d + damping d^T D d.
+  report.predicted_decrease =
+      -equations.gradient().dot(step) + damping.value() * step.cwiseAbs2().dot(scale);
   equations.step(step);
+  const bool last = report.predicted_decrease <
+                    std::max(options.chi2_tolerance, options.relative_tolerance * report.cost);
   CostByType next = last ? equations.cost() : equations.linearize();
   if (follow && !last && !(total(next) < report.cost - kPoorRatio * report.predicted_decrease) &&
-      let_positions_follow(equations, report.damping, true)) {
+      let_positions_follow(equations, damping.value(), true)) {
     next = equations.linearize();
   }
   report.accepted = total(next) < report.cost;
@@ -100,6 +115,7 @@ void try_step(NormalEquations& equations, const Eigen::VectorXd& step, bool foll
     equations.undo_step();
     if (!last) equations.linearize();
   }
+  return last;
 }
 
 }  // namespace
@@ -108,37 +124,30 @@ MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& opt
                          const std::function<bool(const Iteration&)>& progress,
                          const LongPath& path) {
   MinimizerResult result;
-  CostByType cost = equations.linearize();
-  result.initial_cost = result.final_cost = cost;
+  DampedDescent descent{equations, options, equations.linearize(), {}, Damping(options)};
+  result.initial_cost = result.final_cost = descent.cost;
   if (equations.dimension() == 0) return result;
-  if (!std::isfinite(total(cost))) {
+  if (!std::isfinite(total(descent.cost))) {
     result.status = SolveStatus::kInvalidInput;
     return result;
   }
-  Eigen::VectorXd scale = damping_scale(equations);
-  Damping damping(options);
+  descent.scale = damping_scale(equations);
   int steps = 0;
   result.status = SolveStatus::kMaxIterations;
   while (result.status == SolveStatus::kMaxIterations &&
          result.iterations < options.max_iterations) {
     ++result.iterations;
-    const double before = total(cost);
-    Iteration report{result.iterations, before, 0, damping.value(), false, 0};
-    const Eigen::VectorXd step = damped_step(equations, scale, damping.value());
+    const double before = total(descent.cost), damping = descent.damping.value();
+    Iteration report{result.iterations, before, 0, damping, false, 0};
+    const Eigen::VectorXd step = damped_step(equations, descent.scale, damping);
     if (step.size() > 0) {
       report.largest_turn = equations.largest_turn(step);
       if (result.iterations == 1 && report.largest_turn > path.largest_first_turn) {
         result.turns_too_far = true;
         return result;
       }
-      // Of the quadratic model: cost falls by -g.d + damping d^T D d.
-      report.predicted_decrease =
-          -equations.gradient().dot(step) + damping.value() * step.cwiseAbs2().dot(scale);
-      const bool last = report.predicted_decrease <
-                        std::max(options.chi2_tolerance, options.relative_tolerance * before);
       const bool follow = report.largest_turn > path.follow_from_turn;
-      try_step(equations, step, follow, last, report, cost);
-      if (last) result.status = SolveStatus::kConverged;
+      if (descent.take(step, follow, report)) result.status = SolveStatus::kConverged;
     }
     const bool go_on = !progress || progress(report);
     if (result.status == SolveStatus::kConverged) break;
@@ -146,13 +155,13 @@ MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& opt
       result.status = SolveStatus::kCancelled;
     } else if (report.accepted) {
       if (++steps >= options.max_steps) break;
-      scale = damping_scale(equations);
-      damping.accept((before - total(cost)) / report.predicted_decrease);
-    } else if (!damping.reject()) {
+      descent.scale = damping_scale(equations);
+      descent.damping.accept((before - total(descent.cost)) / report.predicted_decrease);
+    } else if (!descent.damping.reject()) {
       result.status = SolveStatus::kStalled;
     }
   }
-  result.final_cost = cost;
+  result.final_cost = descent.cost;
   return result;
 }
 
