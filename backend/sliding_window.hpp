@@ -208,7 +208,7 @@ class SlidingWindow {
     Eigen::MatrixXd H;  // R^T R, made once
     Eigen::VectorXd r;
   };
-  struct Linear;  // one sighting at its linearisation point
+  struct Linear;  // all factors at their linearisation point
 
   int find(KeyframeId id) const;
   int find(PlaneId id) const;
