@@ -6,29 +6,33 @@
 #include <cmath>
 #include <utility>
 
-#include <lamina/frontend/odometry/look_alikes.hpp>
 #include <lamina/frontend/odometry/point_samples.hpp>
+#include <lamina/frontend/odometry/submap_pair.hpp>
 
 namespace lamina {
 namespace {
 
 constexpr std::uint64_t kLeastPoints = 20;  // a submap of no more tells nothing
 
-Eigen::Vector3d difference(const PlanarPose& from, const PlanarPose& to) {
-  const PlanarPose d = from.inverse() * to;
-  return {d.x, d.y, d.yaw};
+std::vector<Eigen::Vector2d> search_points(const std::vector<OrientedPoint>& points, int most) {
+  return positions(sample(points, static_cast<std::size_t>(std::max(0, most))));
 }
 
-double chi_squared(const Eigen::Vector3d& e, const Eigen::Matrix3d& S) {
-  return e.dot(S.inverse() * e);
+SearchWindow search_window(const Eigen::Matrix3d& C, const LoopCloserOptions& options) {
+  SearchWindow window;
+  window.translation = std::clamp(options.gate_sigmas * std::sqrt(std::max(C(0, 0), C(1, 1))),
+                                  options.min_window, options.max_window);
+  window.rotation = std::clamp(options.gate_sigmas * std::sqrt(C(2, 2)), options.min_window_yaw,
+                               options.max_window_yaw);
+  return window;
 }
 
-// Of place (2 dof, m) and heading (rad), each by its own: what they have to do with each other
-// depends on where on the way the drift arose. A chained covariance spreads it over all of the way,
-// and takes what one bad match in a place with little to see does for impossible.
-double chi_squared_apart(const Eigen::Vector3d& e, const Eigen::Matrix3d& S) {
-  const Eigen::Vector2d t = e.head<2>();
-  return t.dot(S.topLeftCorner<2, 2>().inverse() * t) + e.z() * e.z() / S(2, 2);
+Eigen::Matrix3d match_covariance(const LineMatch& match, const LoopCloserOptions& options) {
+  Eigen::Matrix3d R = match.information.inverse();
+  R.diagonal() +=
+      Eigen::Vector3d(options.sigma_translation, options.sigma_translation, options.sigma_rotation)
+          .cwiseAbs2();
+  return R;
 }
 
 }  // namespace
@@ -185,17 +189,11 @@ const LoopCloser::OldMap& LoopCloser::old_map(int submap, int newer) {
 }
 
 std::optional<PlanarEdge> LoopCloser::match(const Candidate& candidate, int submap, double& score) {
-  const SubmapViews& q = newest_;
   const OldMap& old = old_map(candidate.submap, submap);
   ++counts_.tried;
-  const Eigen::Matrix3d& C = candidate.covariance;
-  SearchWindow window;
-  window.translation = std::clamp(options_.gate_sigmas * std::sqrt(std::max(C(0, 0), C(1, 1))),
-                                  options_.min_window, options_.max_window);
-  window.rotation = std::clamp(options_.gate_sigmas * std::sqrt(C(2, 2)), options_.min_window_yaw,
-                               options_.max_window_yaw);
-  const auto points =
-      positions(sample(q.points, static_cast<std::size_t>(std::max(0, options_.search_points))));
+  const SubmapPair pair{old.points, old.fans, newest_};
+  SearchWindow window = search_window(candidate.covariance, options_);
+  const auto points = search_points(newest_.points, options_.search_points);
   const auto best =
       search_correlative(old.grid, points, candidate.T_old_new, window, options_.min_score);
   if (!best) return std::nullopt;
@@ -203,14 +201,11 @@ std::optional<PlanarEdge> LoopCloser::match(const Candidate& candidate, int subm
   window.exclude = best->T_map_scan;
   if (search_correlative(old.grid, points, candidate.T_old_new, window,
                          options_.max_ambiguity * best->score) &&
-      look_alike_elsewhere(old.points.points(), old.fans, q.points, candidate.T_old_new, window,
-                           options_.max_ambiguity)) {
+      pair.ambiguous(candidate.T_old_new, window, options_.max_ambiguity)) {
     ++counts_.ambiguous;
     return std::nullopt;
   }
-  LineMatchOptions fine;
-  fine.start_radius = 0.4;
-  const LineMatch refined = match_lines(old.points, q.points, best->T_map_scan, {}, fine);
+  const LineMatch refined = pair.align(best->T_map_scan);
   if (refined.matched < options_.min_matched) {
     ++counts_.unmatched;
     return std::nullopt;
@@ -219,34 +214,19 @@ std::optional<PlanarEdge> LoopCloser::match(const Candidate& candidate, int subm
     ++counts_.open_direction;
     return std::nullopt;
   }
-  const PlanarPose& T = refined.T_map_scan;
-  const double ratio = std::min(
-      agreement(old.fans, q.points, T, options_.agreement_margin).ratio(),
-      agreement(q.fans, old.points.points(), T.inverse(), options_.agreement_margin).ratio());
-  if (ratio < options_.min_agreement) {
+  if (pair.agreement_ratio(refined.T_map_scan, options_.agreement_margin) <
+      options_.min_agreement) {
     ++counts_.contradicted;
     return std::nullopt;
   }
   score = refined.matched;
-  PlanarEdge edge{candidate.submap, submap, T, Eigen::Matrix3d::Zero(), true};
-  Eigen::Matrix3d R = refined.information.inverse();
-  R.diagonal() += Eigen::Vector3d(options_.sigma_translation, options_.sigma_translation,
-                                  options_.sigma_rotation)
-                      .cwiseAbs2();
-  edge.information = R.inverse();
-  const Eigen::Vector3d e = difference(candidate.T_old_new, T);
-  // A place that looks alike lies farther off than a match reaches.
-  const auto within_reach = [&] {
-    const PlanarPose& start = candidate.T_old_new;
-    const LineMatch near = match_lines(old.points, q.points, start, {}, fine);
-    return chi_squared(difference(near.T_map_scan, T), R) <= options_.max_chi_squared;
-  };
-  if (chi_squared(e, C + R) > options_.max_chi_squared &&
-      (chi_squared_apart(e, C + R) > options_.max_chi_squared || !within_reach())) {
+  const PlanarEstimate found{refined.T_map_scan, match_covariance(refined, options_)};
+  if (!pair.consistent({candidate.T_old_new, candidate.covariance}, found,
+                       options_.max_chi_squared)) {
     ++counts_.inconsistent;
     return std::nullopt;
   }
-  return edge;
+  return PlanarEdge{candidate.submap, submap, found.pose, found.covariance.inverse(), true};
 }
 
 bool LoopCloser::accept(const PlanarEdge& edge) {
