@@ -36,6 +36,51 @@ std::optional<float> agreement(const DepthBlocks& key, const DepthBlock& c,
   return 1 / (root * root);
 }
 
+using WeakDirections = std::vector<std::pair<Vector6f, Vector6f>>;
+
+WeakDirections in_float(const std::vector<HardDirection>& hard) {
+  WeakDirections weak;
+  for (const HardDirection& h : hard) {
+    weak.emplace_back(h.tangent.cast<float>(), h.covector.cast<float>());
+  }
+  return weak;
+}
+
+// A block of the key frame that one of the current frame lies on.
+struct Association {
+  const DepthBlock* key;
+  Eigen::Vector3f normal_current;
+  float distance;  // m, along the key's normal
+  float root;      // of the robust weight's inverse
+  float weight;    // 1 / m^2
+};
+
+std::optional<Association> associate(const DepthBlocks& key, const DepthBlock& c,
+                                     const Eigen::Matrix3f& R, const Eigen::Vector3f& t,
+                                     const BlockGate& gate) {
+  const Eigen::Vector3f q = R * c.point + t;
+  const DepthBlock* under = block_under(key, q);
+  if (!under || !under->oriented()) return std::nullopt;
+  const DepthBlock& k = *under;
+  const Eigen::Vector3f n = R.transpose() * k.normal;
+  if (n.dot(c.normal) < gate.cosine) return std::nullopt;
+  const float e = k.normal.dot(q - k.point);
+  const float variance = c.sigma * c.sigma + k.sigma * k.sigma + gate.surface_variance;
+  const float limit = std::max(gate.distance, gate.sigmas * std::sqrt(variance));
+  if (std::abs(e) > limit || (q - k.point).squaredNorm() > gate.beside * q.z() * q.z())
+    return std::nullopt;
+  // Geman-McClure-like: half weight at half the gate.
+  const float r = e / (0.5F * limit), root = 1 + r * r;
+  return Association{under, n, e, root, 1 / (variance * root * root)};
+}
+
+Vector6f point_jacobian(const Eigen::Vector3f& point, const Eigen::Vector3f& normal) {
+  const Eigen::Vector3f m = point.cross(normal);
+  Vector6f J;
+  J << normal.x(), normal.y(), normal.z(), m.x(), m.y(), m.z();
+  return J;
+}
+
 }  // namespace
 
 void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T_key_current,
@@ -44,10 +89,7 @@ void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T
   constexpr int kTiltStride = 4;  // of the blocks used: noise of normals is alike in neighbours
   const Eigen::Matrix3f R = T_key_current.so3().matrix().cast<float>();
   const Eigen::Vector3f t = T_key_current.translation().cast<float>();
-  std::vector<std::pair<Vector6f, Vector6f>> weak;
-  for (const HardDirection& h : hard) {
-    weak.emplace_back(h.tangent.cast<float>(), h.covector.cast<float>());
-  }
+  const WeakDirections weak = in_float(hard);
   for (int v = 0; v < current.height; v += stride) {
     // Sums of a row in float, of rows in double: fast, and safe.
     Eigen::Matrix<float, 6, 6> H = Eigen::Matrix<float, 6, 6>::Zero(), spurious = H;
@@ -56,23 +98,10 @@ void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T
       const DepthBlock& c = current.at(u, v);
       if (!c.oriented()) continue;
       ++sums.tried;
-      const Eigen::Vector3f q = R * c.point + t;
-      const DepthBlock* under = block_under(key, q);
-      if (!under || !under->oriented()) continue;
-      const DepthBlock& k = *under;
-      const Eigen::Vector3f n = R.transpose() * k.normal;
-      if (n.dot(c.normal) < gate.cosine) continue;
-      const float e = k.normal.dot(q - k.point);
-      const float variance = c.sigma * c.sigma + k.sigma * k.sigma + gate.surface_variance;
-      const float limit = std::max(gate.distance, gate.sigmas * std::sqrt(variance));
-      if (std::abs(e) > limit || (q - k.point).squaredNorm() > gate.beside * q.z() * q.z())
-        continue;
-      // Geman-McClure-like: half weight at half the gate.
-      const float r = e / (0.5F * limit), root = 1 + r * r;
-      const float w = 1 / (variance * root * root);
-      Eigen::Matrix<float, 6, 1> J;
-      const Eigen::Vector3f m = c.point.cross(n);
-      J << n.x(), n.y(), n.z(), m.x(), m.y(), m.z();
+      const auto on = associate(key, c, R, t, gate);
+      if (!on) continue;
+      const float e = on->distance, w = on->weight, root = on->root;
+      Vector6f J = point_jacobian(c.point, on->normal_current);
       for (const auto& [tangent, covector] : weak) {
         const float along = tangent.dot(J);
         if (std::abs(along) < gate.facing) J -= along * covector;
@@ -82,9 +111,9 @@ void accumulate(const DepthBlocks& key, const DepthBlocks& current, const SE3& T
       sums.agreement += static_cast<double>(1 / (root * root));
       sums.squares += static_cast<double>(e * e);
       if (sums.used++ % kTiltStride != 0) continue;
+      const DepthBlock& k = *on->key;
       for (const Eigen::Vector3f& axis : tilt_axes(k)) {
-        const Eigen::Vector3f dn = R.transpose() * axis, dm = c.point.cross(dn);
-        J << dn.x(), dn.y(), dn.z(), dm.x(), dm.y(), dm.z();
+        J = point_jacobian(c.point, R.transpose() * axis);
         spurious.noalias() += (w * kTiltStride * k.tilt * k.tilt * J) * J.transpose();
       }
     }

@@ -37,26 +37,37 @@ PointMap::PointMap(std::vector<OrientedPoint> points) {
   for (const OrientedPoint& p : points) points_[static_cast<std::size_t>(next[cell_of(p)]++)] = p;
 }
 
-const OrientedPoint* PointMap::nearest(const Eigen::Vector2d& p, const Eigen::Vector2d& normal,
-                                       double radius, const OrientedPoint* guess) const {
-  if (points_.empty()) return nullptr;
-  const double fx = (p.x() - origin_.x()) / cell_, fy = (p.y() - origin_.y()) / cell_;
-  const double reach = radius / cell_;
-  if (!(fx > -reach - 1 && fx < width_ + reach + 1 && fy > -reach - 1 &&
-        fy < height_ + reach + 1)) {
-    return nullptr;
-  }
+namespace {
+
+// Of points whose normal agrees the nearest within a radius; of equally near ones the first.
+struct NearestSearch {
+  Eigen::Vector2d p, normal;
+  bool any;
+  double best_square;
   const OrientedPoint* best = nullptr;
-  double best_square = radius * radius;
-  const bool any = normal.x() == 0 && normal.y() == 0;
-  const auto take = [&](const OrientedPoint& q) {
+
+  NearestSearch(const Eigen::Vector2d& to, const Eigen::Vector2d& like, double radius)
+      : p(to), normal(like), any(like.x() == 0 && like.y() == 0), best_square(radius * radius) {}
+  void offer(const OrientedPoint& q) {
     const double square = (q.point - p).squaredNorm();
     const bool nearer = square < best_square || (square == best_square && best && &q < best);
     if (!nearer || !(any || q.normal.dot(normal) > 0.7)) return;
     best_square = square;
     best = &q;
-  };
-  if (guess) take(*guess);
+  }
+};
+
+}  // namespace
+
+const OrientedPoint* PointMap::nearest(const Eigen::Vector2d& p, const Eigen::Vector2d& normal,
+                                       double radius, const OrientedPoint* guess) const {
+  if (points_.empty()) return nullptr;
+  const double fx = (p.x() - origin_.x()) / cell_, fy = (p.y() - origin_.y()) / cell_;
+  const double reach = radius / cell_;
+  if (!(fx > -reach - 1 && fx < width_ + reach + 1 && fy > -reach - 1 && fy < height_ + reach + 1))
+    return nullptr;
+  NearestSearch search(p, normal, radius);
+  if (guess) search.offer(*guess);
   // The cells of row y from x0 to x1.
   const auto look = [&](int y, int x0, int x1) {
     x0 = std::max(0, x0);
@@ -65,15 +76,15 @@ const OrientedPoint* PointMap::nearest(const Eigen::Vector2d& p, const Eigen::Ve
     const std::size_t row = static_cast<std::size_t>(y * width_);
     const int begin = first_[row + static_cast<std::size_t>(x0)];
     const int end = first_[row + static_cast<std::size_t>(x1) + 1];
-    for (int i = begin; i < end; ++i) take(points_[static_cast<std::size_t>(i)]);
+    for (int i = begin; i < end; ++i) search.offer(points_[static_cast<std::size_t>(i)]);
   };
   const int column = static_cast<int>(std::floor(fx)), own = static_cast<int>(std::floor(fy));
-  if (!best && own >= 0 && own < height_) look(own, column, column);
+  if (!search.best && own >= 0 && own < height_) look(own, column, column);
   // Rows of cells outwards from the point's own, each no wider than what could still be nearer.
   const auto look_row = [&](int y) {
     constexpr double kSlack = 1e-9;  // cells squared: rounding must not hide a point
     const double off = std::max({0.0, y - fy, fy - (y + 1)});
-    const double left = best_square / (cell_ * cell_) - off * off + kSlack;
+    const double left = search.best_square / (cell_ * cell_) - off * off + kSlack;
     if (left < 0) return false;
     const double half = std::sqrt(left);
     look(y, static_cast<int>(std::floor(fx - half)), static_cast<int>(std::floor(fx + half)));
@@ -85,7 +96,7 @@ const OrientedPoint* PointMap::nearest(const Eigen::Vector2d& p, const Eigen::Ve
     below = below && middle - k >= 0 && look_row(middle - k);
     above = above && middle + k < height_ && (k == 0 || look_row(middle + k));
   }
-  return best;
+  return search.best;
 }
 
 namespace {
@@ -175,6 +186,16 @@ Eigen::Vector3d tangent(const PlanarPose& from, const PlanarPose& to) {
   return {d.x, d.y, d.yaw};
 }
 
+// Of what the scan wants (b, by match.information) and the prior.
+Eigen::Vector3d newton_step(const LineMatch& match, Eigen::Vector3d b, const PlanarPrior& prior,
+                            double lever) {
+  const Eigen::Matrix3d weighted = match.prior_weight * prior.information;
+  b += weighted * tangent(match.T_map_scan, prior.T_map_scan);
+  Eigen::Matrix3d H = match.information + weighted;
+  H.diagonal() += Eigen::Vector3d(1, 1, lever * lever) * 1e-3;
+  return H.ldlt().solve(b);
+}
+
 }  // namespace
 
 double PlanarPrior::weight(const PlanarPose& T) const {
@@ -216,11 +237,7 @@ LineMatch match_lines(const PointMap& map, const std::vector<OrientedPoint>& sca
     match.unknown_directions =
         without_weak_directions(match.information, b, lever, options.min_information);
     match.prior_weight = prior.weight(match.T_map_scan);
-    const Eigen::Matrix3d believed = match.prior_weight * prior.information;
-    b += believed * tangent(match.T_map_scan, prior.T_map_scan);
-    Eigen::Matrix3d H = match.information + believed;
-    H.diagonal() += Eigen::Vector3d(1, 1, lever * lever) * 1e-3;
-    const Eigen::Vector3d d = H.ldlt().solve(b);
+    const Eigen::Vector3d d = newton_step(match, b, prior, lever);
     if (!d.allFinite()) return LineMatch{.T_map_scan = start};
     match.T_map_scan = match.T_map_scan.boxplus(d);
     const double step = d.head<2>().norm() + lever * std::abs(d.z());

@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <utility>
 
 #include <lamina/frontend/odometry/seen_through.hpp>
 
@@ -75,31 +76,49 @@ bool tells_otherwise(const LineMatch& alone, const LineMatch& both,
   return (high - low).maxCoeff() > kPerson;
 }
 
+// Whether the scan by itself tells where it was taken otherwise than it and the wheels together:
+// then it is the match.
+bool replaced_by_scan_alone(const LineMatch& alone, const std::vector<OrientedPoint>& points,
+                            const PlanarPose& by_wheels, LineMatch& match) {
+  if (!tells_otherwise(alone, match, points, by_wheels)) return false;
+  match = alone;
+  match.prior_weight = 0;
+  return true;
+}
+
+// `dt` s after a step that took `last_interval` s; of nothing where the two are unlike.
+template <class GoingOn>
+GoingOn constant_velocity(double dt, double last_interval, const PlanarPose& step, double alike) {
+  if (!(dt > 0 && dt < alike * last_interval && last_interval < alike * dt)) return {};
+  const double share = dt / last_interval;
+  return {dt,
+          {share * step.x, share * step.y, share * step.yaw},
+          std::abs(dt - last_interval) < 0.2 * dt};
+}
+
+// Nothing from a scanner that does not lie in the body's plane.
+std::vector<OrientedPoint> points_in_plane(const LaserScan& scan,
+                                           const ScanOdometryOptions& options) {
+  const Eigen::Vector3d z_body = scan.lidar.T_body_lidar.so3() * Eigen::Vector3d::UnitZ();
+  if (!(std::abs(z_body.z()) >= std::cos(options.max_tilt))) return {};
+  return thinned(oriented_points(scan, options.points), options.thin_cell);
+}
+
 }  // namespace
 
 ScanOdometry::ScanOdometry(const ScanOdometryOptions& options) : options_(options) {}
 
 ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<MotionGuess>& wheels,
                                  bool slopes) {
-  const Eigen::Vector3d z_body = scan.lidar.T_body_lidar.so3() * Eigen::Vector3d::UnitZ();
-  const bool level = std::abs(z_body.z()) >= std::cos(options_.max_tilt);
-  points_.clear();
-  if (level) points_ = thinned(oriented_points(scan, options_.points), options_.thin_cell);
+  points_ = points_in_plane(scan, options_);
   ScanMotion motion;
-  if (key_scans_.empty()) {
-    if (!wheels) {
-      if (!points_.empty()) usual_.began(scan.stamp);
-      keep_key_scan({}, true);
-      return motion;
-    }
+  if (key_scans_.empty() && !wheels) {
+    if (!points_.empty()) usual_.began(scan.stamp);
+    keep_key_scan({}, true);
+    return motion;
   }
   const double dt = last_stamp_ ? scan.stamp - *last_stamp_ : 0;
-  GoingOn going_on;
-  if (dt > 0 && dt < options_.alike * last_interval_ && last_interval_ < options_.alike * dt) {
-    const double share = dt / last_interval_;
-    going_on = {dt, {share * velocity_.x, share * velocity_.y, share * velocity_.yaw}};
-    going_on.even = std::abs(dt - last_interval_) < 0.2 * dt;
-  }
+  const auto going_on = constant_velocity<GoingOn>(dt, last_interval_, velocity_, options_.alike);
   const bool go_on = wheels && told_ && wheels_go_on(*wheels, dt, last_interval_);
   last_stamp_ = scan.stamp;
   last_interval_ = dt;
@@ -116,11 +135,8 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   if (doubt_.slips()) {
     const LineMatch alone =
         match_lines(map_, points_, T_local_body_ * velocity_, {}, options_.match);
-    if (tells_otherwise(alone, match, points_, planar_part(wheels->T_prev_curr_body))) {
-      match = alone;
-      match.prior_weight = 0;
-      motion.wheels_slipped = true;
-    }
+    const PlanarPose by_wheels = planar_part(wheels->T_prev_curr_body);
+    motion.wheels_slipped = replaced_by_scan_alone(alone, points_, by_wheels, match);
   }
   const bool frozen = usual_.repeated(scan.ranges);
   const bool doubtful = !wheels && usual_.gap_before(scan.stamp) && usual_.worse(match.matched);
@@ -135,8 +151,7 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   } else if (lost && !outlier && !points_.empty()) {
     usual_.began(scan.stamp);
   }
-  const std::optional<PlanarPose> before = T_local_alone_;
-  T_local_alone_.reset();
+  const std::optional<PlanarPose> before = std::exchange(T_local_alone_, std::nullopt);
   if (motion.status == ScanMotion::Status::kTracked) T_local_alone_ = alone(prediction, match);
   if (before && T_local_alone_) motion.by_scans_alone = lifted(before->inverse() * *T_local_alone_);
   const PlanarPose step = planar_part(motion.T_prev_curr_body);

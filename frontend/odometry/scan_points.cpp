@@ -37,6 +37,17 @@ Run fit_run(const std::vector<Eigen::Vector2d>& p, std::size_t first, std::size_
   return run;
 }
 
+/// The same about point i; at a corner, where it misses the points by more than `rms`, that of the
+/// better side.
+Run fit_run_about(const std::vector<Eigen::Vector2d>& p, std::size_t first, std::size_t i,
+                  std::size_t last, double rms) {
+  const Run whole = fit_run(p, first, last);
+  if (!(whole.rms > rms)) return whole;
+  const Run before = fit_run(p, first, i), after = fit_run(p, i, last);
+  const Run& better = before.rms < after.rms ? before : after;
+  return better.rms < whole.rms ? better : whole;
+}
+
 }  // namespace
 
 std::vector<OrientedPoint> oriented_points(const LaserScan& scan, const ScanPointOptions& options) {
@@ -68,12 +79,7 @@ std::vector<OrientedPoint> oriented_points(const LaserScan& scan, const ScanPoin
       if (k >= 2 && (p[last + 1] - p[i]).norm() > radius) break;
       ++last;
     }
-    Run run = fit_run(p, first, last);
-    if (run.rms > 2 * sigma) {
-      const Run before = fit_run(p, first, i), after = fit_run(p, i, last);
-      const Run& better = before.rms < after.rms ? before : after;
-      if (better.rms < run.rms) run = better;
-    }
+    const Run run = fit_run_about(p, first, i, last, 2 * sigma);
     result[i].point = p[i];
     result[i].sigma = sigma;
     if (run.rms < 3 * sigma + 0.01) {

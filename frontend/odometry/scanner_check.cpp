@@ -28,6 +28,13 @@ std::vector<OrientedPoint> points_of(LaserScan scan, const ScanCorrection& corre
   return thinned(oriented_points(scan, options), kThin);
 }
 
+template <class Pairs>
+double total_misfit(const Pairs& pairs) {
+  double sum = 0;
+  for (const auto& pair : pairs) sum += pair.misfit;
+  return sum;
+}
+
 // The scanner's place and heading across the floor.
 PlanarPose seat(const SE3& T_body_lidar) {
   const Eigen::Vector3d ahead = T_body_lidar.so3() * Eigen::Vector3d::UnitX();
@@ -233,12 +240,7 @@ std::optional<ScannerCheck::Found> ScannerCheck::found() const {
       aperture = aperture_for(std::abs(*left) / aperture);
       other = match_all({aperture, false, 0});
     }
-    const auto misfit = [](const std::vector<Matched>& pairs) {
-      double sum = 0;
-      for (const Matched& pair : pairs) sum += pair.misfit;
-      return sum;
-    };
-    if (misfit(other) < misfit(stated)) try_all(other, aperture);
+    if (total_misfit(other) < total_misfit(stated)) try_all(other, aperture);
   }
   const bool clear = result.cost_stated - result.cost >= options_.least_gain &&
                      result.cost <= options_.most_ratio * result.cost_stated;

@@ -49,6 +49,22 @@ Eigen::Vector2d by_sweep(const Eigen::Vector2d& p, const LaserScan& scan, const 
   return share * Eigen::Vector2d(v(0) - v(5) * p.y(), v(1) + v(5) * p.x());
 }
 
+// Of one place and heading, the shot whose rate of turn is furthest from that of `now`; null: none
+// differs.
+template <class Shot>
+const Shot* differently_turning(const std::vector<Shot>& near, const Shot& now) {
+  const Shot* best = nullptr;
+  double most = kRates;
+  for (const Shot& shot : near) {
+    if (std::abs((shot.T_start_body.inverse() * now.T_start_body).yaw) > kTurned) continue;
+    const double rates = std::abs(shot.turn_rate() - now.turn_rate());
+    if (rates <= most) continue;
+    most = rates;
+    best = &shot;
+  }
+  return best;
+}
+
 double block_of(Timestamp stamp) { return std::floor(stamp.seconds() / AdoptionOptions().block_s); }
 
 }  // namespace
@@ -73,15 +89,7 @@ void SweepFinder::add(const LaserScan& scan, const PlanarPose& T_start_body,
   };
   const bool room = std::count_if(pairs_.begin(), pairs_.end(), same_block) < kMostOfABlock;
   if (room && (!last_pair_ || far(*last_pair_))) {
-    const Shot* best = nullptr;
-    double most = kRates;
-    for (const Shot& shot : near_) {
-      if (std::abs((shot.T_start_body.inverse() * T_start_body).yaw) > kTurned) continue;
-      const double rates = std::abs(shot.turn_rate() - now.turn_rate());
-      if (rates <= most) continue;
-      most = rates;
-      best = &shot;
-    }
+    const Shot* best = differently_turning(near_, now);
     if (best) {
       const bool turning = std::abs(now.turn_rate()) > std::abs(best->turn_rate());
       pairs_.push_back(turning ? Pair{*best, now} : Pair{now, *best});
