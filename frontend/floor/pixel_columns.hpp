@@ -110,28 +110,43 @@ void label_rows_portable(const PixelRows& rows, const PixelLabeller::Candidates&
 }
 
 #if defined(LAMINA_AVX2)
-// The same, eight lanes at a time; eight columns. What a block's rows have in common is worked out
-// once: how many planes there are is known to the compiler.
+// What a block's rows have in common is worked out once: how many planes there are is known to the
+// compiler.
+template <std::size_t kCount>
+struct Avx2Planes {
+  __m256 start[kCount], step[kCount], b[kCount], c[kCount], weight[kCount], offset[kCount];
+
+  LAMINA_AVX2 Avx2Planes(const PixelLabeller::Candidates& near, float u) {
+    const __m256 place = _mm256_setr_ps(u, u, u, u, u + 4, u + 4, u + 4, u + 4);
+    const __m256 steps = _mm256_setr_ps(0, 1, 2, 3, 0, 1, 2, 3);
+    for (std::size_t k = 0; k < kCount; ++k) {
+      const __m256 a = _mm256_set1_ps(near.plane[k].a);
+      start[k] = _mm256_mul_ps(a, place);
+      step[k] = _mm256_mul_ps(a, steps);
+      b[k] = _mm256_set1_ps(near.plane[k].b);
+      c[k] = _mm256_set1_ps(near.plane[k].c);
+      weight[k] = _mm256_set1_ps(near.plane[k].weight);
+      offset[k] = _mm256_set1_ps(near.plane[k].offset);
+    }
+  }
+  LAMINA_AVX2 __m256 misfit(std::size_t k, const __m256& d, const __m256& row) const {
+    __m256 plane = _mm256_add_ps(start[k], _mm256_mul_ps(b[k], row));
+    plane = _mm256_add_ps(_mm256_add_ps(plane, c[k]), step[k]);
+    const __m256 residual = _mm256_sub_ps(d, plane);
+    return _mm256_mul_ps(_mm256_mul_ps(weight[k], residual), residual);
+  }
+};
+
+// The same, eight lanes at a time; eight columns.
 template <bool kMeasure, std::size_t kCount>
 LAMINA_AVX2 void label_rows_avx2(const PixelRows& rows, const PixelLabeller::Candidates& near,
                                  float most, lanes::Float4* least) {
   const PixelRows r = rows;
   const __m256 limit = _mm256_set1_ps(most), zero = _mm256_setzero_ps();
-  const __m256 place = _mm256_setr_ps(r.u, r.u, r.u, r.u, r.u + 4, r.u + 4, r.u + 4, r.u + 4);
-  const __m256 steps = _mm256_setr_ps(0, 1, 2, 3, 0, 1, 2, 3);
-  __m256 start[kCount], step[kCount], b[kCount], c[kCount], weight[kCount], offset[kCount],
-      nearest[kCount];
-  for (std::size_t k = 0; k < kCount; ++k) {
-    const __m256 a = _mm256_set1_ps(near.plane[k].a);
-    start[k] = _mm256_mul_ps(a, place);
-    step[k] = _mm256_mul_ps(a, steps);
-    b[k] = _mm256_set1_ps(near.plane[k].b);
-    c[k] = _mm256_set1_ps(near.plane[k].c);
-    weight[k] = _mm256_set1_ps(near.plane[k].weight);
-    offset[k] = _mm256_set1_ps(near.plane[k].offset);
-    if constexpr (kMeasure) {
-      nearest[k] = _mm256_broadcast_ps(reinterpret_cast<const __m128*>(&least[k]));
-    }
+  const Avx2Planes<kCount> planes(near, r.u);
+  __m256 nearest[kCount];
+  for (std::size_t k = 0; kMeasure && k < kCount; ++k) {
+    nearest[k] = _mm256_broadcast_ps(reinterpret_cast<const __m128*>(&least[k]));
   }
   const float* d = r.d;
   std::uint8_t* out = r.out;
@@ -140,11 +155,8 @@ LAMINA_AVX2 void label_rows_avx2(const PixelRows& rows, const PixelLabeller::Can
     const __m256 measured = _mm256_cmp_ps(x, zero, _CMP_GT_OQ);
     __m256 best = _mm256_set1_ps(1e9F), label = zero;
     for (std::size_t k = 0; k < kCount; ++k) {
-      __m256 plane = _mm256_add_ps(start[k], _mm256_mul_ps(b[k], row));
-      plane = _mm256_add_ps(_mm256_add_ps(plane, c[k]), step[k]);
-      const __m256 residual = _mm256_sub_ps(x, plane);
-      const __m256 misfit = _mm256_mul_ps(_mm256_mul_ps(weight[k], residual), residual);
-      const __m256 cost = _mm256_add_ps(misfit, offset[k]);
+      const __m256 misfit = planes.misfit(k, x, row);
+      const __m256 cost = _mm256_add_ps(misfit, planes.offset[k]);
       const __m256 better = _mm256_and_ps(_mm256_cmp_ps(misfit, limit, _CMP_LE_OQ),
                                           _mm256_cmp_ps(cost, best, _CMP_LT_OQ));
       const __m256 mark = _mm256_castsi256_ps(_mm256_set1_epi32(near.label[k] + 1));

@@ -186,10 +186,8 @@ unsigned PixelLabeller::planes_within_reach(const Border& border, float band) co
   return near;
 }
 
-// Every pixel of the border to the plane about it that fits best. False when nothing was to do.
-bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, int pass, float band) {
-  const bool again = pass > 0;
-  bool any = false;
+// What residuals from the regions' planes of this pass cost.
+void PixelLabeller::take_planes(const PlaneRegions& regions, float sigmas) {
   costs_.clear();
   for (const PlaneRegion& region : regions.regions()) {
     const Eigen::Vector3f p = region.plane.cast<float>();
@@ -198,6 +196,13 @@ bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, int 
                       sigmas * std::sqrt(variance_ * ratio)});
     planes_.push_back(p);
   }
+}
+
+// Every pixel of the border to the plane about it that fits best. False when nothing was to do.
+bool PixelLabeller::label_border(const PlaneRegions& regions, float sigmas, int pass, float band) {
+  const bool again = pass > 0;
+  bool any = false;
+  take_planes(regions, sigmas);
   for (Border& border : border_) {
     if (!again && &border + 3 < border_.data() + border_.size()) {
       const Window& next = (&border + 3)->window;

@@ -80,6 +80,7 @@ class PixelLabeller {
   void fill(int block, std::uint8_t mark);
   bool is_untouched(int block) const;
   void fill_inner(const PlaneRegions& regions);
+  void take_planes(const PlaneRegions& regions, float sigmas);
   bool label_border(const PlaneRegions& regions, float sigmas, int pass, float band);
   Border border_of(int block) const;
   unsigned planes_within_reach(const Border& border, float band) const;

@@ -24,6 +24,39 @@ struct Change {
   std::uint8_t from, to;
 };
 
+// Pixels of a block that changed hands; where they are many, not which.
+struct Changes {
+  std::array<Change, kFewChanges> list;
+  int count = 0;
+
+  bool many() const { return count > kFewChanges; }
+  void add(int u, int v, std::uint8_t from, std::uint8_t to) {
+    if (++count <= kFewChanges) list[static_cast<std::size_t>(count - 1)] = {u, v, from, to};
+  }
+};
+
+template <class Marks>
+Changes changes_between(const Marks& old, const Marks& now, int width, int height) {
+  Changes changes;
+  if (width == kRow && height <= kRow) {
+    // A bit a pixel, row by row.
+    std::uint64_t differ = changed_bits8(old.first, now.first, now.stride, height);
+    for (; differ != 0 && !changes.many(); differ &= differ - 1) {
+      const int i = std::countr_zero(differ), u = i % kRow, v = i / kRow;
+      changes.add(u, v, old.first[i], now.first[std::ptrdiff_t{v} * now.stride + u]);
+    }
+    return changes;
+  }
+  for (int v = 0; v < height && !changes.many(); ++v) {
+    const std::uint8_t* a = old.first + static_cast<std::ptrdiff_t>(v) * old.stride;
+    const std::uint8_t* b = now.first + static_cast<std::ptrdiff_t>(v) * now.stride;
+    for (int u = 0; u < width; ++u) {
+      if (a[u] != b[u]) changes.add(u, v, a[u], b[u]);
+    }
+  }
+  return changes;
+}
+
 DisparitySums to_sums(const BlockSums& s, double u, double v, double d) {
   const auto wide = [](float x) { return static_cast<double>(x); };
   const DisparitySums sums{wide(s.count()),  wide(s.sum_x()),  wide(s.sum_y()),  wide(s.sum_e()),
@@ -116,31 +149,9 @@ void PixelLabeller::account(Border& border, const Marks& marks, const Candidates
 void PixelLabeller::account_changes(Border& border, const Candidates& near) {
   const Window& w = border.window;
   const Marks now{out_->data() + w.offset, image_->width}, old{old_marks_.data(), w.width};
-  std::array<Change, kFewChanges> changes;
-  int count_changes = 0;
-  const auto note = [&](int u, int v, std::uint8_t from, std::uint8_t to) {
-    if (++count_changes <= kFewChanges) {
-      changes[static_cast<std::size_t>(count_changes - 1)] = {u, v, from, to};
-    }
-  };
-  if (w.width == kRow && w.height <= kRow) {
-    // A bit a pixel, row by row.
-    std::uint64_t differ = changed_bits8(old.first, now.first, now.stride, w.height);
-    for (; differ != 0 && count_changes <= kFewChanges; differ &= differ - 1) {
-      const int i = std::countr_zero(differ), u = i % kRow, v = i / kRow;
-      note(u, v, old.first[i], now.first[std::ptrdiff_t{v} * now.stride + u]);
-    }
-  } else {
-    for (int v = 0; v < w.height && count_changes <= kFewChanges; ++v) {
-      const std::uint8_t* a = old.first + static_cast<std::ptrdiff_t>(v) * old.stride;
-      const std::uint8_t* b = now.first + static_cast<std::ptrdiff_t>(v) * now.stride;
-      for (int u = 0; u < w.width; ++u) {
-        if (a[u] != b[u]) note(u, v, a[u], b[u]);
-      }
-    }
-  }
-  if (count_changes == 0) return;
-  if (count_changes > kFewChanges) {
+  const Changes changes = changes_between(old, now, w.width, w.height);
+  if (changes.count == 0) return;
+  if (changes.many()) {
     account(border, old, near, -1);
     account(border, now, near, 1);
     return;
@@ -149,8 +160,8 @@ void PixelLabeller::account_changes(Border& border, const Candidates& near) {
   for (std::size_t k = 0; k < static_cast<std::size_t>(near.count); ++k) {
     place[static_cast<std::size_t>(near.label[k]) + 1] = near.bit[k];
   }
-  for (int i = 0; i < count_changes; ++i) {
-    const Change& c = changes[static_cast<std::size_t>(i)];
+  for (int i = 0; i < changes.count; ++i) {
+    const Change& c = changes.list[static_cast<std::size_t>(i)];
     const double u = w.u0 + c.u - geometry_->cx, v = w.v0 + c.v - geometry_->cy;
     DisparitySums pixel;
     pixel.add(u, v, static_cast<double>(image_->row(w.v0 + c.v)[w.u0 + c.u]));

@@ -15,6 +15,65 @@ std::size_t at(int i) { return static_cast<std::size_t>(i); }
 // As std::lround, which is a call here.
 int nearest(double x) { return static_cast<int>(x < 0 ? x - 0.5 : x + 0.5); }
 
+// What joining regions costs, the lower index first, and the first of the cheapest pairs of every
+// row.
+class PairCosts {
+ public:
+  struct Pair {
+    std::size_t first, second;
+    double cost;
+    bool exact;  // not only the least that it can be
+  };
+  explicit PairCosts(std::size_t count)
+      : count_(count), cost_(count * count, kNever), exact_(count * count, 0), cheapest_(count) {}
+  void set(std::size_t i, std::size_t j, double cost, bool exact) {
+    cost_[i * count_ + j] = cost;
+    exact_[i * count_ + j] = exact ? 1 : 0;
+  }
+  void find_cheapest(std::size_t i) {
+    const auto row = cost_.begin() + static_cast<std::ptrdiff_t>(i * count_);
+    cheapest_[i] = static_cast<std::size_t>(
+        std::min_element(row, row + static_cast<std::ptrdiff_t>(count_)) - cost_.begin());
+  }
+  std::optional<Pair> cheapest() const {
+    const auto best =
+        std::min_element(cheapest_.begin(), cheapest_.end(),
+                         [&](std::size_t a, std::size_t b) { return cost_[a] < cost_[b]; });
+    if (best == cheapest_.end()) return std::nullopt;
+    return Pair{*best / count_, *best % count_, cost_[*best], exact_[*best] != 0};
+  }
+  void remove(std::size_t i) {
+    for (std::size_t k = 0; k < count_; ++k) {
+      cost_[i * count_ + k] = cost_[k * count_ + i] = kNever;
+    }
+  }
+  // After `second` was joined to `first`: of a row only its places under these have changed.
+  void update_cheapest(std::size_t k, std::size_t first, std::size_t second) {
+    const std::size_t column = cheapest_[k] % count_, changed = k * count_ + first;
+    if (k == first || k == second || column == first || column == second) {
+      find_cheapest(k);
+    } else if (cost_[changed] < cost_[cheapest_[k]] ||
+               (cost_[changed] == cost_[cheapest_[k]] && first < column)) {
+      cheapest_[k] = changed;
+    }
+  }
+
+ private:
+  std::size_t count_;
+  std::vector<double> cost_;
+  std::vector<std::uint8_t> exact_;
+  std::vector<std::size_t> cheapest_;
+};
+
+// The neighbours of `second` are those of `first`, too: `near` is a matrix, row-major.
+void join_neighbours(std::size_t first, std::size_t second, std::size_t count,
+                     std::vector<std::uint8_t>& near) {
+  for (std::size_t k = 0; k < count; ++k) {
+    near[first * count + k] |= near[second * count + k];
+    near[k * count + first] |= near[k * count + second];
+  }
+}
+
 }  // namespace
 
 PlaneRegions::Shape PlaneRegions::shape_of(const PlaneRegion& region) const {
@@ -164,51 +223,42 @@ std::vector<std::uint8_t> PlaneRegions::neighbourhood() const {
   return near;
 }
 
+void PlaneRegions::start_merging(const Eigen::Vector3d& up_camera) {
+  up_camera_ = up_camera;
+  heirs_.resize(regions_.size());
+  std::iota(heirs_.begin(), heirs_.end(), std::int16_t{0});
+  most_pixels_ = 0;
+  for (const PlaneRegion& r : regions_) most_pixels_ = std::max(most_pixels_, r.sums.n);
+  shapes_.clear();
+  for (const PlaneRegion& r : regions_) shapes_.push_back(shape_of(r));
+}
+
 // Best pairs first; costs are kept, and only those of the joined one are taken anew. Of pairs apart
 // from each other the least that they can cost is known first, and the rest found out when that is
 // the least of all: most of them are joined with others before.
 void PlaneRegions::merge(const Eigen::Vector3d& up_camera) {
   const std::size_t count = regions_.size();
-  up_camera_ = up_camera;
-  heirs_.resize(count);
-  std::iota(heirs_.begin(), heirs_.end(), std::int16_t{0});
-  most_pixels_ = 0;
-  for (const PlaneRegion& r : regions_) most_pixels_ = std::max(most_pixels_, r.sums.n);
+  start_merging(up_camera);
   std::vector<std::uint8_t> near = neighbourhood();
-  shapes_.clear();
-  for (const PlaneRegion& r : regions_) shapes_.push_back(shape_of(r));
-  std::vector<double> cost(count * count, kNever);
-  std::vector<std::uint8_t> known(count * count, 0);  // cost is more than the least
+  PairCosts costs(count);
   const auto set = [&](std::size_t i, std::size_t j) {
     const bool neighbours = near[i * count + j] != 0;
-    cost[i * count + j] = least_cost(i, j, neighbours);
-    known[i * count + j] = neighbours ? 1 : 0;
+    costs.set(i, j, least_cost(i, j, neighbours), neighbours);
   };
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t j = i + 1; j < count; ++j) set(i, j);
   }
-  // The first of the cheapest pairs of every row.
-  std::vector<std::size_t> cheapest(count);
-  const auto look = [&](std::size_t i) {
-    const auto row = cost.begin() + static_cast<std::ptrdiff_t>(i * count);
-    cheapest[i] = static_cast<std::size_t>(
-        std::min_element(row, row + static_cast<std::ptrdiff_t>(count)) - cost.begin());
-  };
-  for (std::size_t i = 0; i < count; ++i) look(i);
+  for (std::size_t i = 0; i < count; ++i) costs.find_cheapest(i);
   bool any = false;
   for (;;) {
-    const auto best =
-        std::min_element(cheapest.begin(), cheapest.end(),
-                         [&](std::size_t a, std::size_t b) { return cost[a] < cost[b]; });
-    if (best == cheapest.end() || cost[*best] > 1) break;
-    const std::size_t pair = *best;
-    const std::size_t first = pair / count, second = pair % count;
-    if (known[pair] == 0) {
-      known[pair] = 1;
-      const double least = cost[pair];
-      cost[pair] = apart_cost(first, second, least);
-      if (cost[pair] > least) {
-        look(first);
+    const auto best = costs.cheapest();
+    if (!best || best->cost > 1) break;
+    const auto [first, second, least, exact] = *best;
+    if (!exact) {
+      const double cost = apart_cost(first, second, least);
+      costs.set(first, second, cost, true);
+      if (cost > least) {
+        costs.find_cheapest(first);
         continue;
       }
     }
@@ -216,25 +266,12 @@ void PlaneRegions::merge(const Eigen::Vector3d& up_camera) {
     join(first, second);
     std::replace(heirs_.begin(), heirs_.end(), static_cast<std::int16_t>(second),
                  static_cast<std::int16_t>(first));
+    join_neighbours(first, second, count, near);
+    costs.remove(second);
     for (std::size_t k = 0; k < count; ++k) {
-      near[first * count + k] |= near[second * count + k];
-      near[k * count + first] |= near[k * count + second];
-      cost[second * count + k] = cost[k * count + second] = kNever;
+      if (k != first && at(heirs_[k]) == k) set(std::min(k, first), std::max(k, first));
     }
-    for (std::size_t k = 0; k < count; ++k) {
-      if (k == first || at(heirs_[k]) != k) continue;
-      set(std::min(k, first), std::max(k, first));
-    }
-    // Of a row only its places under `first` and `second` have changed.
-    for (std::size_t k = 0; k < count; ++k) {
-      const std::size_t column = cheapest[k] % count, changed = k * count + first;
-      if (k == first || k == second || column == first || column == second) {
-        look(k);
-      } else if (cost[changed] < cost[cheapest[k]] ||
-                 (cost[changed] == cost[cheapest[k]] && first < column)) {
-        cheapest[k] = changed;
-      }
-    }
+    for (std::size_t k = 0; k < count; ++k) costs.update_cheapest(k, first, second);
   }
   if (any) relabel(heirs_);
 }

@@ -81,6 +81,7 @@ class PlaneRegions {
   bool two_platforms(std::size_t a, std::size_t b) const;
   double least_cost(std::size_t a, std::size_t b, bool neighbours) const;
   double apart_cost(std::size_t a, std::size_t b, double joined) const;
+  void start_merging(const Eigen::Vector3d& up_camera);
   void join(std::size_t first, std::size_t second);
   bool seen_through(std::size_t a, std::size_t b) const;
   Shape shape_of(const PlaneRegion& region) const;

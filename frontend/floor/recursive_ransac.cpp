@@ -65,13 +65,11 @@ float BlockRansac::score(const DisparityPlane& plane) const {
   return (pixels[0] + pixels[1]) + (pixels[2] + pixels[3]);
 }
 
-std::optional<BlockPlane> BlockRansac::best_plane(std::span<const int> candidates,
-                                                  std::span<const std::int16_t> taken,
-                                                  const NormalPrior& prior, double sigmas,
-                                                  int hypotheses, double min_pixels,
-                                                  Sampler& sampler) {
-  if (candidates.empty()) return std::nullopt;
-  gather(candidates, sigmas);
+// The admitted one of most pixels.
+std::optional<DisparityPlane> BlockRansac::best_hypothesis(std::span<const int> candidates,
+                                                           std::span<const std::int16_t> taken,
+                                                           const NormalPrior& prior, int hypotheses,
+                                                           Sampler& sampler) const {
   std::optional<DisparityPlane> best;
   float best_score = 0;
   for (int k = 0; k < hypotheses; ++k) {
@@ -86,11 +84,14 @@ std::optional<BlockPlane> BlockRansac::best_plane(std::span<const int> candidate
       best = candidate;
     }
   }
-  if (!best) return std::nullopt;
+  return best;
+}
 
-  // Refit twice: the first fit reaches as far as its sample, the second as far as the section. The
-  // last round only says who belongs.
-  BlockPlane result{*best, {}, 0};
+// Twice: the first fit reaches as far as its sample, the second as far as the section. The last
+// round only says who belongs.
+BlockPlane BlockRansac::refitted(const DisparityPlane& start,
+                                 std::span<const int> candidates) const {
+  BlockPlane result{start, {}, 0};
   for (int round = 0; round < 3; ++round) {
     const Eigen::Vector3f p = result.plane.cast<float>();
     const float slack = round == 0 ? 1.5F : 1.0F;
@@ -112,6 +113,19 @@ std::optional<BlockPlane> BlockRansac::best_plane(std::span<const int> candidate
     if (!fit) break;
     result.plane = *fit;
   }
+  return result;
+}
+
+std::optional<BlockPlane> BlockRansac::best_plane(std::span<const int> candidates,
+                                                  std::span<const std::int16_t> taken,
+                                                  const NormalPrior& prior, double sigmas,
+                                                  int hypotheses, double min_pixels,
+                                                  Sampler& sampler) {
+  if (candidates.empty()) return std::nullopt;
+  gather(candidates, sigmas);
+  const auto best = best_hypothesis(candidates, taken, prior, hypotheses, sampler);
+  if (!best) return std::nullopt;
+  BlockPlane result = refitted(*best, candidates);
   const auto plane = geometry_.plane(result.plane);
   if (result.pixels < min_pixels || !plane || !prior.admits(*plane)) return std::nullopt;
   return result;

@@ -63,6 +63,11 @@ class BlockRansac {
   std::optional<DisparityPlane> hypothesis(int block, std::span<const std::int16_t> taken) const;
   void gather(std::span<const int> candidates, double sigmas);
   float score(const DisparityPlane& plane) const;
+  std::optional<DisparityPlane> best_hypothesis(std::span<const int> candidates,
+                                                std::span<const std::int16_t> taken,
+                                                const NormalPrior& prior, int hypotheses,
+                                                Sampler& sampler) const;
+  BlockPlane refitted(const DisparityPlane& start, std::span<const int> candidates) const;
 
   const BlockImage& blocks_;
   const DisparityGeometry& geometry_;
