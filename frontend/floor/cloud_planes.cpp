@@ -154,6 +154,16 @@ ExtractedPlane extracted(const CloudPlane& p, const SE3& T_sensor_body) {
   return out;
 }
 
+Surfel surfel_of(const Moments& moments, const Eigen::Vector3d& normal, double side, int plane) {
+  Surfel s;
+  s.center = moments.mean();
+  s.normal = normal;
+  s.radius = side / std::sqrt(M_PI);
+  s.covariance.diagonal() << 1e-4, 1e-4, 1 / moments.weight() + 4e-6;
+  s.parent_plane = plane;
+  return s;
+}
+
 // Evidence squares of the floor's points: the cloud's surface, patches and surfels.
 void lay_floor(const std::vector<CloudPlane>& planes, const SE3& T_prior,
                const FloorOptions& options, FloorResult& result) {
@@ -175,13 +185,12 @@ void lay_floor(const std::vector<CloudPlane>& planes, const SE3& T_prior,
       const auto cell = result.surface.cell_of(p.head<2>());
       if (!cell) continue;
       GroundCell& c = result.surface.at(cell->first, cell->second);
-      c.top = std::isnan(c.top) ? static_cast<float>(p.z())
-                                : std::max(c.top, static_cast<float>(p.z()));
+      const float z = static_cast<float>(p.z());
+      c.top = std::isnan(c.top) ? z : std::max(c.top, z);
       if (!floor) continue;
       c.plane = index;
       const float count = static_cast<float>(++c.pixels);
-      c.height = count == 1 ? static_cast<float>(p.z())
-                            : c.height + (static_cast<float>(p.z()) - c.height) / count;
+      c.height = count == 1 ? z : c.height + (z - c.height) / count;
       patches[{to_cell(p.x() / options.surfel_m), to_cell(p.y() / options.surfel_m)}].add(
           p, 1 / std::pow(sigma_at(p.norm()), 2));
     }
@@ -189,13 +198,7 @@ void lay_floor(const std::vector<CloudPlane>& planes, const SE3& T_prior,
       if (moments.count() < 8) continue;
       result.floor_patches.push_back(
           {moments.transformed(result.T_body_camera.inverse()), plane.floor});
-      Surfel s;
-      s.center = moments.mean();
-      s.normal = n;
-      s.radius = options.surfel_m / std::sqrt(M_PI);
-      s.covariance.diagonal() << 1e-4, 1e-4, 1 / moments.weight() + 4e-6;
-      s.parent_plane = static_cast<int>(k);
-      result.surfels_body.push_back(s);
+      result.surfels_body.push_back(surfel_of(moments, n, options.surfel_m, static_cast<int>(k)));
     }
   }
 }

@@ -21,6 +21,38 @@ struct Mean {
   double u = 0, v = 0, d = 0, n = 0;
 };
 
+// How an image is cut into blocks.
+struct BlockLayout {
+  int side, columns, rows;
+};
+
+// Of every plane's pixels by blocks, row-major; empty: the plane is too small.
+std::vector<std::vector<Mean>> sums_of_blocks(const FloorResult& floor,
+                                              const DisparityImage& disparities,
+                                              const BlockLayout& layout) {
+  const auto [side, columns, rows] = layout;
+  const auto per_plane = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
+  const auto pixels = static_cast<std::int64_t>(floor.pixel_labels.size());
+  std::vector<std::vector<Mean>> planes(floor.planes.size());
+  for (std::size_t k = 0; k < planes.size(); ++k) {
+    if (floor.planes[k].pixels * kShare >= pixels) planes[k].resize(per_plane);
+  }
+  for (int v = 0; v < rows * side; ++v) {
+    const float* d = disparities.row(v);
+    for (int u = 0; u < columns * side; ++u) {
+      const int k = floor.plane_at(u, v, disparities.width);
+      if (k < 0 || !(d[u] > 0) || planes[static_cast<std::size_t>(k)].empty()) continue;
+      Mean& m = planes[static_cast<std::size_t>(k)]
+                      [static_cast<std::size_t>(v / side * columns + u / side)];
+      m.u += u;
+      m.v += v;
+      m.d += static_cast<double>(d[u]);
+      ++m.n;
+    }
+  }
+  return planes;
+}
+
 // Orthonormal columns that span (x, y, 1) over the blocks.
 Eigen::MatrixXd span_of_planes(const Eigen::MatrixXd& xyd) {
   Eigen::MatrixXd A(xyd.rows(), 3);
@@ -31,6 +63,19 @@ Eigen::MatrixXd span_of_planes(const Eigen::MatrixXd& xyd) {
 
 Eigen::VectorXd residuals(const Eigen::MatrixXd& Q, const Eigen::VectorXd& d) {
   return d - Q * (Q.transpose() * d);
+}
+
+// Blocks that hold something else beside the plane go.
+void drop_mixed_blocks(Eigen::MatrixXd& xyd) {
+  constexpr double kGate = 3, kFinest = 0.03;  // rms; px
+  const Eigen::VectorXd r = residuals(span_of_planes(xyd), xyd.col(2));
+  const double rms = std::sqrt(r.squaredNorm() / static_cast<double>(xyd.rows()));
+  const double gate = kGate * std::max(kFinest, rms);
+  Eigen::Index kept = 0;
+  for (Eigen::Index i = 0; i < xyd.rows(); ++i) {
+    if (std::abs(r(i)) < gate) xyd.row(kept++) = xyd.row(i).eval();
+  }
+  xyd.conservativeResize(kept, Eigen::NoChange);
 }
 
 // Rays (x, y, 1) through the middles of blocks, a row each.
@@ -96,39 +141,20 @@ void DistortionEstimator::add(const FloorResult& floor, const DisparityImage& di
     columns_ = width / side_;
     seen_.assign(static_cast<std::size_t>(columns_ * (height / side_)), 0);
   }
-  const int side = side_, columns = columns_, rows = height / side;
+  const BlockLayout layout{side_, columns_, height / side_};
   const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  if (width != width_ || height != height_ || columns == 0 || rows == 0 ||
+  if (width != width_ || height != height_ || layout.columns == 0 || layout.rows == 0 ||
       floor.pixel_labels.size() != pixels) {
     return;
   }
   Half& half = halves_[static_cast<std::size_t>(frames_ / kTurn % 2)];
   ++frames_;
-  const auto per_plane = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
-  std::vector<std::vector<Mean>> planes(floor.planes.size());  // empty: too small
-  for (std::size_t k = 0; k < planes.size(); ++k) {
-    if (floor.planes[k].pixels * kShare >= static_cast<std::int64_t>(pixels))
-      planes[k].resize(per_plane);
-  }
-  for (int v = 0; v < rows * side; ++v) {
-    const float* d = disparities.row(v);
-    for (int u = 0; u < columns * side; ++u) {
-      const int k = floor.plane_at(u, v, width);
-      if (k < 0 || !(d[u] > 0) || planes[static_cast<std::size_t>(k)].empty()) continue;
-      Mean& m = planes[static_cast<std::size_t>(k)]
-                      [static_cast<std::size_t>(v / side * columns + u / side)];
-      m.u += u;
-      m.v += v;
-      m.d += static_cast<double>(d[u]);
-      ++m.n;
-    }
-  }
   std::vector<ImagePlane> seen;
-  for (const std::vector<Mean>& blocks : planes) {
+  for (const std::vector<Mean>& blocks : sums_of_blocks(floor, disparities, layout)) {
     std::vector<Eigen::Vector3d> means;
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       const Mean& m = blocks[i];
-      if (2 * m.n < side * side) continue;
+      if (2 * m.n < side_ * side_) continue;
       ++seen_[i];
       means.emplace_back((2 * m.u / m.n + 1) / width - 1, (2 * m.v / m.n + 1) / height - 1,
                          m.d / m.n);
@@ -150,17 +176,9 @@ std::optional<ImagePlane> DistortionEstimator::add_plane(const std::vector<Eigen
   for (Eigen::Index i = 0; i < xyd.rows(); ++i) {
     xyd.row(i) = means[static_cast<std::size_t>(i)].transpose();
   }
-  // Blocks that hold something else beside the plane go.
-  constexpr double kGate = 3, kFinest = 0.03;  // rms; px
-  const Eigen::VectorXd first = residuals(span_of_planes(xyd), xyd.col(2));
-  const double rms = std::sqrt(first.squaredNorm() / static_cast<double>(means.size()));
-  const double gate = kGate * std::max(kFinest, rms);
-  Eigen::Index kept = 0;
-  for (Eigen::Index i = 0; i < xyd.rows(); ++i) {
-    if (std::abs(first(i)) < gate) xyd.row(kept++) = xyd.row(i).eval();
-  }
+  drop_mixed_blocks(xyd);
+  const Eigen::Index kept = xyd.rows();
   if (kept < static_cast<Eigen::Index>(kFewest)) return std::nullopt;
-  xyd.conservativeResize(kept, Eigen::NoChange);
   const Eigen::MatrixXd Q = span_of_planes(xyd);
   Eigen::MatrixXd B(kept, kTerms);
   for (Eigen::Index i = 0; i < kept; ++i) {
@@ -195,13 +213,20 @@ int DistortionEstimator::degree_by_planes() const {
   return degree;
 }
 
+namespace {
+// Of chi-squared, where planes tell a bend, which hardly ever comes without slopes, and where they
+// tell none.
+double least_gain_of_angles(int terms) {
+  constexpr double kGainOfBent = 4, kGainOfStraight = 8;
+  return terms > DepthDistortion::kAffine ? kGainOfBent : kGainOfStraight;
+}
+}  // namespace
+
 // Planes and angles together, from what planes alone say; nullopt where angles gain little by it.
 std::optional<Eigen::VectorXd> DistortionEstimator::with_angles(const Half& all, int terms) const {
-  constexpr double kUsual = 0.3;  // px, 1-sigma of a coefficient: what the ridge stands for
-  // Of chi-squared, where planes tell a bend, which hardly ever comes without slopes, and where
-  // they tell none; and of what angles leave, or else most is built askew.
-  constexpr double kGainOfBent = 4, kGainOfStraight = 8, kLeastShare = 0.25;
-  const double least_gain = terms > DepthDistortion::kAffine ? kGainOfBent : kGainOfStraight;
+  // px, 1-sigma of a coefficient: what the ridge stands for; of what angles leave, or else most is
+  // built askew.
+  constexpr double kUsual = 0.3, kLeastShare = 0.25;
   // Sigmas: a constant scales all distances, and most sensors have none.
   constexpr double kToldConstant = 4;
   const double scale = 1 / (kUsual * kUsual * kRidge * all.samples);
@@ -231,7 +256,7 @@ std::optional<Eigen::VectorXd> DistortionEstimator::with_angles(const Half& all,
     H_planes(0, 0) += 1 / (kNone * kNone);
     c = solve();
   }
-  if (!c.allFinite() || !(cost(c) < cost(start) - least_gain) ||
+  if (!c.allFinite() || !(cost(c) < cost(start) - least_gain_of_angles(terms)) ||
       !(angles_.cost(c) < (1 - kLeastShare) * askew)) {
     return std::nullopt;
   }

@@ -107,6 +107,20 @@ std::optional<Scored> alone_in_view(std::span<const FloorCandidate> planes, doub
   return s;
 }
 
+// Tilted within the cone (rad), at a height that cameras have.
+std::vector<Scored> lying_as_floors(std::span<const FloorCandidate> planes, double cone,
+                                    const FloorPrior& prior, const FloorOptions& options) {
+  std::vector<Scored> all;
+  for (std::size_t i = 0; i < planes.size(); ++i) {
+    Scored s = score(planes[i], prior);
+    s.index = static_cast<int>(i);
+    if (s.tilt > cone) continue;
+    if (s.height < options.min_height_m || s.height > options.max_height_m) continue;
+    all.push_back(s);
+  }
+  return all;
+}
+
 }  // namespace
 
 FloorChoice choose_floor(std::span<const FloorCandidate> planes, double frame_pixels,
@@ -114,16 +128,9 @@ FloorChoice choose_floor(std::span<const FloorCandidate> planes, double frame_pi
   if (planes.empty()) return refuse(FloorStatus::kNoPlanes, "no plane in the frame");
   const double cones[] = {options.unknown_cone_deg, 15, 12, 6};
   const double cone = cones[static_cast<std::size_t>(prior.knowledge)] * kDegree;
-  std::vector<Scored> all;
+  std::vector<Scored> all = lying_as_floors(planes, cone, prior, options);
   double best = 0;
-  for (std::size_t i = 0; i < planes.size(); ++i) {
-    Scored s = score(planes[i], prior);
-    s.index = static_cast<int>(i);
-    if (s.tilt > cone) continue;
-    if (s.height < options.min_height_m || s.height > options.max_height_m) continue;
-    all.push_back(s);
-    best = std::max(best, s.score);
-  }
+  for (const Scored& s : all) best = std::max(best, s.score);
   if (all.empty() && prior.knowledge == MountingKnowledge::kUnknown) {
     if (const auto plane = alone_in_view(planes, frame_pixels, prior, options)) {
       all.push_back(*plane);

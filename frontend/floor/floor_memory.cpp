@@ -17,14 +17,21 @@ FloorMemory::Key FloorMemory::key_of(const Eigen::Vector2d& xy, double cell) con
 void FloorMemory::add(const FloorResult& result, const SE3& T_odom_body) {
   T_odom_body_ = T_odom_body;
   if (result.dominant < 0) return;
-  const Eigen::Vector2d here = T_odom_body.translation().head<2>();
-  const FloorSurface& surface = result.surface;
+  add_heights(result.surface);
+  for (const Surfel& body : result.surfels_body) {
+    const Surfel s = body.transformed(T_odom_body);
+    discs_[key_of(s.center.head<2>(), options_.surfel_m)].fuse(s);
+  }
+}
+
+void FloorMemory::add_heights(const FloorSurface& surface) {
+  const Eigen::Vector2d here = T_odom_body_.translation().head<2>();
   for (int i = 0; i < surface.nx(); ++i) {
     for (int j = 0; j < surface.ny(); ++j) {
       const GroundCell& seen = surface.at(i, j);
       if (!(seen.information > 0) || !std::isfinite(seen.residual)) continue;
       const Eigen::Vector2d c = surface.center(i, j);
-      const Eigen::Vector3d p = T_odom_body * Eigen::Vector3d(c.x(), c.y(), 0);
+      const Eigen::Vector3d p = T_odom_body_ * Eigen::Vector3d(c.x(), c.y(), 0);
       Cell& cell = cells_[key_of(p.head<2>(), options_.cell_m)];
       cell.information += static_cast<double>(seen.information);
       cell.weighted_height += static_cast<double>(seen.information * seen.residual);
@@ -36,28 +43,26 @@ void FloorMemory::add(const FloorResult& result, const SE3& T_odom_body) {
       }
     }
   }
-  for (const Surfel& body : result.surfels_body) {
-    const Surfel s = body.transformed(T_odom_body);
-    Disc& disc = discs_[key_of(s.center.head<2>(), options_.surfel_m)];
-    const double information = 1 / std::max(1e-12, s.covariance(2, 2));
-    // Another level at the same place is not the same surface: the surer one stays.
-    const double step = s.normal.dot(s.center - disc.surfel.center);
-    const bool same =
-        disc.information > 0 && step * step < 16 * (1 / information + 1 / disc.information) + 1e-6;
-    if (!same) {
-      if (information > disc.information) disc = {s, information};
-      continue;
-    }
-    const double share = information / (information + disc.information);
-    if (information > disc.information) {
-      const double offset = -step;
-      disc.surfel = s;
-      disc.surfel.center += (1 - share) * offset * s.normal;
-    } else {
-      disc.surfel.center += share * step * disc.surfel.normal;
-    }
-    disc.information += information;
+}
+
+void FloorMemory::Disc::fuse(const Surfel& s) {
+  const double of_new = 1 / std::max(1e-12, s.covariance(2, 2));
+  // Another level at the same place is not the same surface: the surer one stays.
+  const double step = s.normal.dot(s.center - surfel.center);
+  const bool same = information > 0 && step * step < 16 * (1 / of_new + 1 / information) + 1e-6;
+  if (!same) {
+    if (of_new > information) *this = {s, of_new};
+    return;
   }
+  const double share = of_new / (of_new + information);
+  if (of_new > information) {
+    const double offset = -step;
+    surfel = s;
+    surfel.center += (1 - share) * offset * s.normal;
+  } else {
+    surfel.center += share * step * surfel.normal;
+  }
+  information += of_new;
 }
 
 std::vector<LowObstacle> FloorMemory::low_obstacles() const {

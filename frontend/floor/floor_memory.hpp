@@ -41,7 +41,9 @@ class FloorMemory {
   struct Disc {
     Surfel surfel;
     double information = 0;  ///< 1/m^2 along the normal, all frames
+    void fuse(const Surfel& s);
   };
+  void add_heights(const FloorSurface& surface);
   Key key_of(const Eigen::Vector2d& xy, double cell) const;
 
   FloorOptions options_;

@@ -62,13 +62,7 @@ class GroundLooker::Walk {
     cells_.col(2) = R_.topRightCorner<2, 1>() - cells_.col(0) * cx_ - cells_.col(1) * cy_;
     cells_ *= fb_ / cell_;
     cell_of_camera_ = (t_.head<2>() - origin_) / cell_;
-    // Neighbours are alike: the mean of four pixels is hardly better than one.
-    const BlockNoise& noise = extractor.noise();
-    const double jitter = static_cast<double>(jitter_variance(plane_.x(), plane_.y()));
-    const double square = std::min(noise.pixel, noise.per_pixel / 4) + noise.local + jitter;
-    sigma_ = static_cast<float>(std::sqrt(square));
-    block_ = static_cast<float>(1.6 * (noise.pixel + noise.local + jitter));
-    patch_ = kSigmas * static_cast<float>(std::sqrt(noise.pixel + noise.local + jitter));
+    set_noise(extractor.noise());
     // The region of interest ends before this, for what is up to kBand high.
     const double reach = 1.25 * std::hypot(options.roi_m[0], 0.5 * options.roi_m[1]);
     least_d_ = static_cast<float>(g.focal_baseline / reach);
@@ -84,6 +78,14 @@ class GroundLooker::Walk {
   }
 
  private:
+  void set_noise(const BlockNoise& noise) {
+    const double jitter = static_cast<double>(jitter_variance(plane_.x(), plane_.y()));
+    // Neighbours are alike: the mean of four pixels is hardly better than one.
+    const double square = std::min(noise.pixel, noise.per_pixel / 4) + noise.local + jitter;
+    sigma_ = static_cast<float>(std::sqrt(square));
+    block_ = static_cast<float>(1.6 * (noise.pixel + noise.local + jitter));
+    patch_ = kSigmas * static_cast<float>(std::sqrt(noise.pixel + noise.local + jitter));
+  }
   float floor_at(float u, float v) const {
     return plane_.x() * (u - cx_) + plane_.y() * (v - cy_) + plane_.z();
   }

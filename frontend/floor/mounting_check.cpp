@@ -1,8 +1,7 @@
-// Causes, what each predicts, and which of them costs least.
+// What each cause predicts, and which of them costs least.
 #include <lamina/frontend/floor/mounting_check.hpp>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include <lamina/frontend/floor/leveling.hpp>
@@ -12,10 +11,6 @@ namespace {
 
 constexpr double kLeastHeight = 0.1;                       // m: lower ones were not stated
 constexpr double kAlikeTilt = 0.045, kAlikeHeight = 0.06;  // rad, share: one plane, met again
-// Focal length of an image twice or half as large, or four times; units of depth for each other.
-constexpr std::array kUsualFocals{0.5, 2.0, 0.25, 4.0};
-constexpr std::array kUsualDepths{5.0, 0.2, 10.0, 0.1, 2.0, 0.5, 1000.0, 0.001};
-
 double square(double x) { return x * x; }
 
 double tilt_of(const Eigen::Vector3d& normal_body) {
@@ -35,19 +30,29 @@ double scatter(std::vector<double> values) {
   return 1.4826 * median(std::move(values));
 }
 
-// The usual ratio within 4 %; nullopt where there is none.
-template <std::size_t N>
-std::optional<double> usual(const std::array<double, N>& ratios, double ratio) {
-  for (const double one : ratios) {
-    if (std::abs(std::log(ratio / one)) < 0.04) return one;
-  }
-  return std::nullopt;
+// By a hand, tilted as it may be.
+MountingHypothesis held_along_x(const SE3& T_body_camera, double price) {
+  MountingHypothesis held;
+  held.id = "camera_optical_rotation";
+  held.loose = true;
+  held.correction.T_body_camera = T_body_camera;
+  held.price = price;
+  return held;
 }
 
-// The optical frame of a camera that looks along the x of the frame that was stated.
-const SO3& optical_rotation() {
-  static const SO3 R = forward_looking_camera().so3();
-  return R;
+bool enough(std::size_t floors, std::size_t images, const MountingCheckOptions& options) {
+  return floors >= options.least_images &&
+         static_cast<double>(floors) >= options.least_share * static_cast<double>(images);
+}
+
+// Of hypotheses, the cheapest first: the next one of another cause that costs hardly more.
+std::optional<MountingHypothesis> rival_of_first(const std::vector<MountingHypothesis>& all,
+                                                 double hardly) {
+  const MountingHypothesis& best = all.front();
+  for (const MountingHypothesis& h : all) {
+    if (h.id != best.id && !(h.cost > best.cost + hardly)) return h;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -194,29 +199,6 @@ SE3 MountingCheck::mounted(const SO3& R, double height) const {
   return SE3(R, {t.x(), t.y(), height_stated_ ? t.z() : height});
 }
 
-// The factor at which the floor lies as the mounting, turned by R, says: of many the best.
-void MountingCheck::add_focal(const Plane& floor, const SO3& R,
-                              std::vector<MountingHypothesis>& all) const {
-  if (!height_stated_) return;
-  constexpr double kMost = 5, kStep = 1.01;
-  MountingHypothesis h;
-  h.id = "focal_length";
-  double best = options_.truncate;
-  for (double focal = 1 / kMost; focal < kMost; focal *= kStep) {
-    CameraCorrection c;
-    c.focal = usual(kUsualFocals, focal).value_or(focal);
-    if (R.log().norm() > 0) c.T_body_camera = mounted(T_body_camera_.so3() * R, 0);
-    const double misfit = floor_misfit(floor, c, options_.sigma_tilt);
-    if (misfit >= best) continue;
-    best = misfit;
-    h.correction = c;
-    h.ratio = c.focal;
-  }
-  if (best >= options_.truncate || std::abs(std::log(h.ratio)) < 0.2) return;
-  h.price = options_.price_known + (usual(kUsualFocals, h.ratio) ? 0 : options_.price_free);
-  all.push_back(h);
-}
-
 void MountingCheck::add_tilted(const Plane& floor, std::vector<MountingHypothesis>& all) const {
   const Leveling l = leveling_of(T_body_camera_, floor);
   const double tilt = std::hypot(l.roll, l.pitch);
@@ -231,53 +213,6 @@ void MountingCheck::add_tilted(const Plane& floor, std::vector<MountingHypothesi
   h.correction.T_body_camera = apply(l, T_body_camera_);
   h.price = options_.price_known + (h.id == "camera_tilt" ? 2 : 3) * options_.price_free;
   all.push_back(h);
-}
-
-// All that may put the floor there.
-void MountingCheck::add_causes(const Plane& floor, std::vector<MountingHypothesis>& all) const {
-  const SO3& R = T_body_camera_.so3();
-  const double seen = -floor.rho(), stated = T_body_camera_.translation().z();
-  const auto turned = [&](const char* id, const SO3& R_body_camera) {
-    MountingHypothesis h;
-    h.id = id;
-    h.correction.T_body_camera = mounted(R_body_camera, seen);
-    h.price = options_.price_known + (height_stated_ ? 0 : options_.price_free);
-    all.push_back(h);
-  };
-  turned("camera_upside_down", R * SO3::rot_z(M_PI));
-  turned("camera_sideways", R * SO3::rot_z(M_PI / 2));
-  turned("camera_sideways", R * SO3::rot_z(-M_PI / 2));
-  if (looks_up()) {
-    // Ahead as stated, but seldom without its tilt: that is told by the floor.
-    const SE3 T = mounted(R * optical_rotation(), seen);
-    const Leveling l = leveling_of(T, floor);
-    turned("camera_optical_rotation", T.so3());
-    if (std::hypot(l.roll, l.pitch) < options_.most_tilt) {
-      MountingHypothesis h;
-      h.id = "camera_optical_rotation";
-      h.correction.T_body_camera = apply(l, T);
-      h.price = options_.price_known + 3 * options_.price_free;
-      all.push_back(h);
-    }
-  }
-  if (height_stated_ && seen > 0) {
-    MountingHypothesis depth;
-    depth.id = stereo_ ? "baseline" : "depth_scale";
-    depth.ratio = stated / seen;
-    const auto known = usual(kUsualDepths, depth.ratio);
-    depth.correction.depth = depth.ratio = known.value_or(depth.ratio);
-    depth.price = options_.price_known + (known ? 0 : options_.price_free);
-    if (std::abs(std::log(depth.ratio)) > 0.15) all.push_back(depth);
-    MountingHypothesis height;
-    height.id = "camera_height";
-    height.ratio = seen / stated;
-    height.correction.T_body_camera =
-        SE3(R, {T_body_camera_.translation().x(), T_body_camera_.translation().y(), seen});
-    height.price = options_.price_known + 0.9 * options_.price_free;
-    if (std::abs(std::log(height.ratio)) > 0.15) all.push_back(height);
-  }
-  add_focal(floor, SO3(), all);
-  if (height_stated_) add_tilted(floor, all);
 }
 
 // Heading and mirror images: level floors lie alike, but walls do not move as wheels say.
@@ -340,38 +275,28 @@ MountingVerdict MountingCheck::verdict() const {
   verdict.best = verdict.stated;
   std::vector<MountingHypothesis> all;
   if (!height_stated_ && looks_up()) {
-    MountingHypothesis held;
-    held.id = "camera_optical_rotation";
-    held.loose = true;
-    held.correction.T_body_camera = mounted(T_body_camera_.so3() * optical_rotation(), 0);
-    held.price = options_.price_known;
-    all.push_back(held);
+    const SE3 ahead = mounted(T_body_camera_.so3() * forward_looking_camera().so3(), 0);
+    all.push_back(held_along_x(ahead, options_.price_known));
   }
   for (const Steady& steady : steady_planes()) add_causes(steady.plane, all);
   for (MountingHypothesis& h : all) score(h);
   std::stable_sort(all.begin(), all.end(),
                    [](const auto& a, const auto& b) { return a.cost < b.cost; });
-  const double images = static_cast<double>(views_.size());
-  const auto enough = [&](std::size_t floors) {
-    return floors >= options_.least_images &&
-           static_cast<double>(floors) >= options_.least_share * images;
-  };
   const FloorsAsStated floors{static_cast<std::int64_t>(views_.size()),
                               static_cast<std::int64_t>(verdict.stated.floors)};
   verdict.never_seen =
       views_.size() >= options_.least_images && height_stated_ && floors.hardly_any();
   if (!all.empty()) {
     const MountingHypothesis& best = all.front();
-    verdict.wrong = enough(best.floors) && best.floors > 2 * verdict.stated.floors &&
+    verdict.wrong = enough(best.floors, views_.size(), options_) &&
+                    best.floors > 2 * verdict.stated.floors &&
                     best.cost + options_.wins_by < verdict.stated.cost;
-    if (verdict.wrong) verdict.best = best;
-    for (const MountingHypothesis& h : all) {
-      if (!verdict.wrong || h.id == best.id || h.cost > best.cost + options_.clear_by) continue;
-      verdict.rival = h;
-      break;
+    if (verdict.wrong) {
+      verdict.best = best;
+      verdict.rival = rival_of_first(all, options_.clear_by);
     }
   }
-  if (enough(verdict.best.floors)) {
+  if (enough(verdict.best.floors, views_.size(), options_)) {
     if (const auto turned = by_motion(verdict.best)) {
       verdict.best = *turned;
       verdict.wrong = true;
