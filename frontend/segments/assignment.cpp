@@ -16,52 +16,75 @@ int root_of(std::vector<int>& parent, int i) {
 }
 
 // Column of each row of a dense table, rows <= columns; potentials and shortest augmenting paths.
-std::vector<int> hungarian(const std::vector<double>& cost, int rows, int columns) {
-  const auto at = [](int i) { return static_cast<std::size_t>(i); };
-  std::vector<double> u(at(rows + 1), 0), v(at(columns + 1), 0);
-  std::vector<int> match(at(columns + 1), 0), way(at(columns + 1), 0);
-  for (int row = 1; row <= rows; ++row) {
-    match[0] = row;
+class Hungarian {
+ public:
+  Hungarian(const std::vector<double>& cost, int rows, int columns)
+      : cost_(cost),
+        rows_(rows),
+        columns_(columns),
+        u_(at(rows + 1), 0),
+        v_(at(columns + 1), 0),
+        match_(at(columns + 1), 0),
+        way_(at(columns + 1), 0) {}
+  std::vector<int> solve() {
+    for (int row = 1; row <= rows_; ++row) augment(row);
+    std::vector<int> result(at(rows_), -1);
+    for (int j = 1; j <= columns_; ++j) {
+      if (match_[at(j)] > 0) result[at(match_[at(j)] - 1)] = j - 1;
+    }
+    return result;
+  }
+
+ private:
+  static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+  void augment(int row) {
+    match_[0] = row;
     int column = 0;
-    std::vector<double> least(at(columns + 1), std::numeric_limits<double>::infinity());
-    std::vector<char> done(at(columns + 1), 0);
+    std::vector<double> least(at(columns_ + 1), std::numeric_limits<double>::infinity());
+    std::vector<char> done(at(columns_ + 1), 0);
     do {
       done[at(column)] = 1;
-      const int i = match[at(column)];
-      double delta = std::numeric_limits<double>::infinity();
-      int next = 0;
-      for (int j = 1; j <= columns; ++j) {
-        if (done[at(j)]) continue;
-        const double reduced = cost[at((i - 1) * columns + j - 1)] - u[at(i)] - v[at(j)];
-        if (reduced < least[at(j)]) {
-          least[at(j)] = reduced;
-          way[at(j)] = column;
-        }
-        if (least[at(j)] < delta) {
-          delta = least[at(j)];
-          next = j;
-        }
-      }
-      for (int j = 0; j <= columns; ++j) {
-        if (done[at(j)]) {
-          u[at(match[at(j)])] += delta;
-          v[at(j)] -= delta;
-        } else {
-          least[at(j)] -= delta;
-        }
-      }
-      column = next;
-    } while (match[at(column)] != 0);
-    for (; column != 0; column = way[at(column)]) {
-      match[at(column)] = match[at(way[at(column)])];
+      column = nearest_column(column, done, least);
+    } while (match_[at(column)] != 0);
+    for (; column != 0; column = way_[at(column)]) {
+      match_[at(column)] = match_[at(way_[at(column)])];
     }
   }
-  std::vector<int> result(at(rows), -1);
-  for (int j = 1; j <= columns; ++j) {
-    if (match[at(j)] > 0) result[at(match[at(j)] - 1)] = j - 1;
+
+  // The next one on the shortest path from `column` (Dijkstra), potentials brought up to it.
+  int nearest_column(int column, const std::vector<char>& done, std::vector<double>& least) {
+    const int i = match_[at(column)];
+    double delta = std::numeric_limits<double>::infinity();
+    int next = 0;
+    for (int j = 1; j <= columns_; ++j) {
+      if (done[at(j)]) continue;
+      const double reduced = cost_[at((i - 1) * columns_ + j - 1)] - u_[at(i)] - v_[at(j)];
+      if (reduced < least[at(j)]) {
+        least[at(j)] = reduced;
+        way_[at(j)] = column;
+      }
+      if (least[at(j)] < delta) {
+        delta = least[at(j)];
+        next = j;
+      }
+    }
+    for (int j = 0; j <= columns_; ++j) {
+      if (done[at(j)]) {
+        u_[at(match_[at(j)])] += delta;
+        v_[at(j)] -= delta;
+      } else {
+        least[at(j)] -= delta;
+      }
+    }
+    return next;
   }
-  return result;
-}
+
+  const std::vector<double>& cost_;
+  int rows_, columns_;
+  std::vector<double> u_, v_;
+  std::vector<int> match_, way_;
+};
 
 // One connected group: every row also has a private column that means "left alone".
 void solve_group(const std::vector<AssignmentCandidate>& group, double unmatched_cost,
@@ -87,7 +110,7 @@ void solve_group(const std::vector<AssignmentCandidate>& group, double unmatched
     const auto j = std::lower_bound(columns.begin(), columns.end(), c.column) - columns.begin();
     cost[static_cast<std::size_t>(i * width + j)] = c.cost;
   }
-  const std::vector<int> chosen = hungarian(cost, n, width);
+  const std::vector<int> chosen = Hungarian(cost, n, width).solve();
   for (int i = 0; i < n; ++i) {
     const int j = chosen[static_cast<std::size_t>(i)];
     if (j < 0 || j >= m || cost[static_cast<std::size_t>(i * width + j)] >= unmatched_cost)

@@ -25,6 +25,17 @@ constexpr double kHeightPrior = 0.02;  // m
 constexpr double kLeastLean = 0.1 * kDegree;
 constexpr double kLeastRise = 0.005;  // m
 
+// Of a line's slope and height, by the scanner's lean (two angles) and rise.
+template <class Line>
+Eigen::Matrix<double, 2, 3> jacobian(const Line& line) {
+  const Eigen::Vector3d& d = line.direction_body;
+  const Eigen::Vector3d p = line.middle_body - line.scanner_body;
+  Eigen::Matrix<double, 2, 3> J;
+  J << d.y(), -d.x(), 0,  //
+      p.y(), -p.x(), 1;
+  return J;
+}
+
 }  // namespace
 
 void GroundLines::add(const Observations& observations) {
@@ -74,12 +85,9 @@ std::optional<MountingCorrection> GroundLines::correction() const {
     Eigen::Vector3d g = Eigen::Vector3d::Zero();
     inliers = 0;
     for (const Line& line : lines_) {
-      const Eigen::Vector3d& d = line.direction_body;
-      const Eigen::Vector3d p = line.middle_body - line.scanner_body;
-      Eigen::Matrix<double, 2, 3> J;
-      J << d.y(), -d.x(), 0,  //
-          p.y(), -p.x(), 1;
-      const Eigen::Vector2d r = Eigen::Vector2d(d.z(), line.middle_body.z()) + J * x;
+      const Eigen::Matrix<double, 2, 3> J = jacobian(line);
+      const Eigen::Vector2d r =
+          Eigen::Vector2d(line.direction_body.z(), line.middle_body.z()) + J * x;
       const Eigen::Array2d whitened = r.array() / sigma;
       const double cauchy = 1 / (1 + whitened.matrix().squaredNorm() / (9 * widen * widen));
       const Eigen::Vector2d weights = (cauchy / sigma.square()).matrix();

@@ -81,6 +81,30 @@ std::vector<char> SegmentExtractor::chords() const {
   return curved;
 }
 
+namespace {
+
+struct Piece {
+  std::size_t run;
+  int count;              // returns
+  double straight, bent;  // likelihoods; the second times the returns of its kind
+};
+
+// Those that are likelier bent than straight, one by one: what is bent is no longer evidence of
+// straight walls.
+void mark_bent(std::vector<Piece> pieces, std::vector<char>& curved) {
+  int straight = 0;
+  for (const Piece& piece : pieces) straight += piece.count;
+  const auto is_bent = [&](const Piece& piece) { return piece.bent > straight * piece.straight; };
+  for (auto at = pieces.begin();
+       (at = std::find_if(pieces.begin(), pieces.end(), is_bent)) != pieces.end();) {
+    curved[at->run] = 1;
+    straight -= at->count;
+    pieces.erase(at);
+  }
+}
+
+}  // namespace
+
 // A chord too short or too noisy to show its bend looks like a wall, and slides along with a robot
 // that follows the curve: taken for one wall, it turns the map with the robot. What a piece is,
 // its own returns and the rest of the scan tell together: the chance that it is straight, or as
@@ -109,12 +133,7 @@ void SegmentExtractor::doubt_straight(std::vector<char>& curved) const {
     first = last;
   }
   if (arcs.empty()) return;
-  struct Piece {
-    std::size_t run;
-    double straight, bent;  // likelihoods; the second times the returns of its kind
-  };
   std::vector<Piece> pieces;
-  int straight = 0;
   for (std::size_t k = 0; k < curved.size(); ++k) {
     if (curved[k] || runs_[k].sums.count < options_.min_points) continue;
     const std::optional<Arc> own = arc_through(k, k);
@@ -125,17 +144,9 @@ void SegmentExtractor::doubt_straight(std::vector<char>& curved) const {
     };
     double bent = 0;
     for (const Kind& arc : arcs) bent += arc.count * likelihood(arc.curvature);
-    pieces.push_back({k, likelihood(0), bent});
-    straight += runs_[k].sums.count;
+    pieces.push_back({k, runs_[k].sums.count, likelihood(0), bent});
   }
-  const auto is_bent = [&](const Piece& piece) { return piece.bent > straight * piece.straight; };
-  // What is told to be bent is no longer evidence of straight walls.
-  for (auto at = pieces.begin();
-       (at = std::find_if(pieces.begin(), pieces.end(), is_bent)) != pieces.end();) {
-    curved[at->run] = 1;
-    straight -= runs_[at->run].sums.count;
-    pieces.erase(at);
-  }
+  mark_bent(std::move(pieces), curved);
 }
 
 void SegmentExtractor::drop_curved(Segments& out) {

@@ -63,6 +63,19 @@ double gap_to(const SegmentTrack& track, const ScanSegment& segment) {
   }
   return all.gap(stretch_of(segment));
 }
+
+std::ptrdiff_t held_tracks(const std::vector<SegmentTrack>& tracks) {
+  return std::count_if(tracks.begin(), tracks.end(), [](const SegmentTrack& track) {
+    return track.missed == 0 && track.proven();
+  });
+}
+
+Matrix6d covariance_without_odometry(const TrackingOptions& options) {
+  Vector6d sigma;
+  sigma << Eigen::Vector3d::Constant(options.no_odometry_sigma_m),
+      Eigen::Vector3d::Constant(options.no_odometry_sigma_rad);
+  return sigma.cwiseAbs2().asDiagonal();
+}
 }  // namespace
 
 // Where the motion given loses all that was held: does another one keep it? Going on as before may
@@ -76,9 +89,7 @@ std::vector<int> SegmentTracker::doubt_motion(const std::vector<ScanSegment>& se
   constexpr int kLeastWitnesses = 3;
   contradicted_ = false;
   leap_.reset();
-  const auto held = std::count_if(before.begin(), before.end(), [](const SegmentTrack& track) {
-    return track.missed == 0 && track.proven();
-  });
+  const auto held = held_tracks(before);
   if (held == 0 || segments.empty() || lost(owner) < held) return owner;
   const std::vector<SegmentTrack> moved = tracks_;
   if (last_interval_ > 0 && interval > 0) {
@@ -100,10 +111,7 @@ std::vector<int> SegmentTracker::doubt_motion(const std::vector<ScanSegment>& se
   }
   if (held >= kLeastWitnesses) {
     tracks_ = before;
-    Vector6d sigma;
-    sigma << Eigen::Vector3d::Constant(options_.no_odometry_sigma_m),
-        Eigen::Vector3d::Constant(options_.no_odometry_sigma_rad);
-    predict(SE3(), sigma.cwiseAbs2().asDiagonal());
+    predict(SE3(), covariance_without_odometry(options_));
     const std::vector<int> still = match(segments);
     contradicted_ = 2 * lost(still) <= held;
     if (contradicted_) {

@@ -37,6 +37,32 @@ struct Interval {
   }
 };
 
+// How far a plane, seen across, goes.
+Interval extent_along(const Eigen::Vector2d& along, const SE3& T,
+                      const std::vector<Eigen::Vector3d>& points) {
+  Interval extent;
+  for (const Eigen::Vector3d& p : points) extent.add(along.dot((T * p).head<2>()));
+  return extent;
+}
+
+// Of a pair's angle and distance, by their sigmas, and their derivatives by the correction.
+struct Residuals {
+  double angle, distance;
+  Eigen::RowVector3d by_angle, by_distance;
+};
+
+// A wall turned by x(0) about the camera and moved by (x(1), x(2)).
+template <class Pair>
+Residuals residuals(const Pair& pair, const Eigen::Vector3d& x) {
+  const Eigen::RowVector3d by_angle(-1, 0, 0);
+  const Eigen::Vector2d turned(-pair.offset.y(), pair.offset.x());
+  const Eigen::RowVector3d by_distance(-pair.normal.dot(turned), -pair.normal.x(),
+                                       -pair.normal.y());
+  return {(pair.angle + by_angle * x) / pair.angle_sigma,
+          (pair.distance + by_distance * x) / pair.distance_sigma, by_angle / pair.angle_sigma,
+          by_distance / pair.distance_sigma};
+}
+
 }  // namespace
 
 struct SharedWalls::Line {
@@ -68,10 +94,7 @@ std::optional<SharedWalls::Pair> SharedWalls::nearest_line(const Observations& i
   const Plane wall = image.T_body_sensor * o.plane_sensor;
   if (std::abs(wall.normal().z()) > std::sin(kUpright)) return std::nullopt;
   const Eigen::Vector2d n = wall.normal().head<2>(), along(-n.y(), n.x());  // as long as n
-  Interval seen;
-  for (const Eigen::Vector3d& p : o.outline_sensor) {
-    seen.add(along.dot((image.T_body_sensor * p).head<2>()));
-  }
+  const Interval seen = extent_along(along, image.T_body_sensor, o.outline_sensor);
   // Of a wall that leans, where its middle is high.
   const double middle_z = (image.T_body_sensor * o.moments_sensor.mean()).z();
   const double rho = wall.rho() - wall.normal().z() * middle_z;
@@ -94,13 +117,10 @@ std::optional<SharedWalls::Pair> SharedWalls::nearest_line(const Observations& i
         (nearest && std::abs(nearest->distance) <= std::abs(distance))) {
       continue;
     }
-    nearest = Pair{angle,
-                   distance,
-                   Eigen::Vector3d(line.angle_sigma, lean, kAngleFloor).norm(),
-                   Eigen::Vector3d(line.distance_sigma, o.floor.sigma_rho, kDistanceFloor).norm(),
-                   n,
-                   q - image.T_body_sensor.translation().head<2>(),
-                   image.stamp};
+    const Eigen::Vector3d angles(line.angle_sigma, lean, kAngleFloor);
+    const Eigen::Vector3d distances(line.distance_sigma, o.floor.sigma_rho, kDistanceFloor);
+    const Eigen::Vector2d offset = q - image.T_body_sensor.translation().head<2>();
+    nearest = Pair{angle, distance, angles.norm(), distances.norm(), n, offset, image.stamp};
   }
   return nearest;
 }
@@ -150,16 +170,8 @@ std::optional<SharedWalls::Result> SharedWalls::result() const {
     Eigen::Vector3d g = Eigen::Vector3d::Zero();
     inliers = 0;
     for (const Pair& pair : pairs_) {
-      // A wall turned by x(0) about the camera and moved by (x(1), x(2)).
-      const Eigen::RowVector3d by_angle(-1, 0, 0);
-      const Eigen::Vector2d turned(-pair.offset.y(), pair.offset.x());
-      const Eigen::RowVector3d by_distance(-pair.normal.dot(turned), -pair.normal.x(),
-                                           -pair.normal.y());
-      const double a = (pair.angle + by_angle * x) / pair.angle_sigma;
-      const double d = (pair.distance + by_distance * x) / pair.distance_sigma;
+      const auto [a, d, ja, jd] = residuals(pair, x);
       const double weight = share / (1 + (a * a + d * d) / (width * width));
-      const Eigen::RowVector3d ja = by_angle / pair.angle_sigma;
-      const Eigen::RowVector3d jd = by_distance / pair.distance_sigma;
       H += weight * (ja.transpose() * ja + jd.transpose() * jd);
       g += weight * (ja.transpose() * a + jd.transpose() * d);
       if (a * a + d * d < width * width) ++inliers;
