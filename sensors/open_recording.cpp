@@ -49,6 +49,22 @@ std::unique_ptr<Recording> open_pcd(const std::filesystem::path& path, const Rec
 #endif
 
 namespace {
+std::unique_ptr<Recording> open_folder(const std::filesystem::path& path,
+                                       const RecordingOptions& options) {
+  std::error_code error;
+  const bool dataset = std::filesystem::exists(path / "calibration.yaml", error);
+  if (!dataset && holds_clouds(path)) return open_pcd(path, options);
+  if (const auto kind = kind_of_input(path); !dataset && !kind.found.empty()) {
+    throw input_error(path.string(), "", kind.found, kind.advice);
+  }
+  const std::string extension = ending_of(path);
+  if (extension == ".oni" || extension == ".log" || extension == ".clf" || extension == ".rawlog" ||
+      extension == ".bag" || extension == ".pcd") {
+    throw input_error(path.string(), "", "a folder", "a " + extension + " file");
+  }
+  return open_dataset_folder(path, options);
+}
+
 std::unique_ptr<Recording> as_it_is(const std::string& input, const RecordingOptions& options) {
   const std::string device = "openni:";
   if (input.compare(0, device.size(), device) == 0) {
@@ -61,16 +77,7 @@ std::unique_ptr<Recording> as_it_is(const std::string& input, const RecordingOpt
   }
   const std::string extension = ending_of(path);
   if (std::filesystem::is_directory(path, error)) {
-    const bool dataset = std::filesystem::exists(path / "calibration.yaml", error);
-    if (!dataset && holds_clouds(path)) return open_pcd(path, options);
-    if (const auto kind = kind_of_input(path); !dataset && !kind.found.empty()) {
-      throw input_error(input, "", kind.found, kind.advice);
-    }
-    if (extension != "" && (extension == ".oni" || extension == ".log" || extension == ".clf" ||
-                            extension == ".rawlog" || extension == ".bag" || extension == ".pcd")) {
-      throw input_error(input, "", "a folder", "a " + extension + " file");
-    }
-    return open_dataset_folder(path, options);
+    return open_folder(path, options);
   }
   if (std::filesystem::is_empty(path, error) && !error) {
     throw input_error(input, "", "an empty file", "a recording");

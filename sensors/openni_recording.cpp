@@ -90,6 +90,28 @@ class OpenNiSession {
   bool started_ = false;
 };
 
+void check_image_size(const CameraModel& camera, const std::string& name) {
+  if (camera.width <= 0 || camera.height <= 0 || camera.width > 16384 || camera.height > 16384) {
+    throw input_error(
+        name, "",
+        "an image size of " + std::to_string(camera.width) + " x " + std::to_string(camera.height),
+        "1 to 16384");
+  }
+}
+
+/// The frame at its place (x0, y0) in a whole image; 0 around it.
+void copy_cropped(const openni::VideoFrameRef& frame, int x0, int y0, const CameraModel& camera,
+                  std::vector<std::uint16_t>& raw) {
+  raw.assign(static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height), 0);
+  const auto row_bytes = static_cast<std::size_t>(frame.getWidth()) * sizeof(std::uint16_t);
+  const auto stride = static_cast<std::size_t>(frame.getStrideInBytes());
+  const auto* bytes = static_cast<const unsigned char*>(frame.getData());
+  for (int v = 0; v < frame.getHeight(); ++v) {
+    auto* row = raw.data() + static_cast<std::size_t>((y0 + v) * camera.width + x0);
+    std::memcpy(row, bytes + static_cast<std::size_t>(v) * stride, row_bytes);
+  }
+}
+
 class OpenNiRecording final : public Recording {
  public:
   OpenNiRecording(const std::string& uri, bool is_file, const RecordingOptions& options)
@@ -169,12 +191,7 @@ void OpenNiRecording::read_camera(const RecordingOptions& options) {
   CameraModel camera;
   camera.width = mode.getResolutionX();
   camera.height = mode.getResolutionY();
-  if (camera.width <= 0 || camera.height <= 0 || camera.width > 16384 || camera.height > 16384) {
-    throw input_error(
-        name_, "",
-        "an image size of " + std::to_string(camera.width) + " x " + std::to_string(camera.height),
-        "1 to 16384");
-  }
+  check_image_size(camera, name_);
   const double hfov = static_cast<double>(stream.getHorizontalFieldOfView());
   const double vfov = static_cast<double>(stream.getVerticalFieldOfView());
   const bool fov = hfov > 0.1 && hfov < 3 && vfov > 0.1 && vfov < 3;
@@ -224,13 +241,7 @@ std::optional<Measurement> OpenNiRecording::convert(const openni::VideoFrameRef&
   }
   last_ = stamp;
   DepthFrame result{stamp, *calibration_.depth_camera, {}};
-  result.raw.assign(
-      static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height), 0);
-  const auto* bytes = static_cast<const unsigned char*>(frame.getData());
-  for (int v = 0; v < h; ++v) {
-    auto* row = result.raw.data() + static_cast<std::size_t>((y0 + v) * camera.width + x0);
-    std::memcpy(row, bytes + static_cast<std::size_t>(v) * stride, row_bytes);
-  }
+  copy_cropped(frame, x0, y0, camera, result.raw);
   if (mirrored_) {
     for (int v = 0; v < camera.height; ++v) {
       const auto row = result.raw.begin() + static_cast<std::ptrdiff_t>(v) * camera.width;

@@ -103,6 +103,21 @@ std::string BagRecording::sensor_frame() {
   return {};
 }
 
+void BagRecording::take(const bag::Message& m) {
+  if (m.kind == bag::Kind::kCameraInfo) infos_.emplace(m.topic, m);
+  if (m.kind != bag::Kind::kOdometry && m.kind != bag::Kind::kTransform) return;
+  const Timestamp stamp = Timestamp::from_nanoseconds(m.stamp_ns);
+  const auto pose = to_se3(m.pose);
+  const std::string parent = frame_name(m.frame), child = frame_name(m.child_frame);
+  if (!pose) {
+    skips_.add("pose that is no rigid motion");
+  } else if (m.kind == bag::Kind::kOdometry) {
+    bodies_.add_odometry(m.topic, child, {stamp, *pose});
+  } else {
+    bodies_.add_transform(parent, child, *pose, m.topic == "/tf_static", stamp);
+  }
+}
+
 // Odometry, transforms and camera information come in full before the frames do.
 void BagRecording::read_small_messages() {
   sensor_frame_ = sensor_frame();
@@ -121,19 +136,7 @@ void BagRecording::read_small_messages() {
   for (auto status = bag::Source::Status::kMessage; !topics.empty();) {
     status = source_->next(m);
     if (status == bag::Source::Status::kEnd) break;
-    if (status != bag::Source::Status::kMessage) continue;
-    if (m.kind == bag::Kind::kCameraInfo) infos_.emplace(m.topic, m);
-    const Timestamp stamp = Timestamp::from_nanoseconds(m.stamp_ns);
-    if (m.kind != bag::Kind::kOdometry && m.kind != bag::Kind::kTransform) continue;
-    const auto pose = to_se3(m.pose);
-    const std::string parent = frame_name(m.frame), child = frame_name(m.child_frame);
-    if (!pose) {
-      skips_.add("pose that is no rigid motion");
-    } else if (m.kind == bag::Kind::kOdometry) {
-      bodies_.add_odometry(m.topic, child, {stamp, *pose});
-    } else {
-      bodies_.add_transform(parent, child, *pose, m.topic == "/tf_static", stamp);
-    }
+    if (status == bag::Source::Status::kMessage) take(m);
   }
   const bool asked = wanted != options_.topics.end();
   const auto chosen = bodies_.choose(sensor_frame_, asked ? wanted->second : "");

@@ -99,6 +99,7 @@ class BagRecording final : public Recording {
   void choose(const char* role, std::vector<bag::Topic> candidates);
   bool holds_depth(const std::string& topic);
   void read_small_messages();
+  void take(const bag::Message& m);
   std::string sensor_frame();
   const LidarModel& scanner(const std::string& frame);
   void look_over_scans();

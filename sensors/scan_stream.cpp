@@ -131,6 +131,15 @@ void ScanStream::check_sweep() {
            count, sweeps_.size(), *middle, *std::find_if(sweeps_.begin(), sweeps_.end(), longer))});
 }
 
+namespace {
+Warning repeats_warning(std::size_t repeats, std::size_t scans, const std::string& first) {
+  return {"scans_repeated",
+          fmt::format("{} of {} scans repeat the one before within 20 ms, first at {}: each is "
+                      "used once",
+                      repeats, scans, first)};
+}
+}  // namespace
+
 void ScanStream::finish(const std::function<std::string(std::size_t)>& place, bool sorts) {
   ClockStream stream{"scans", {}, {}};
   std::vector<std::size_t> scans;  // those that are no repeats
@@ -161,12 +170,8 @@ void ScanStream::finish(const std::function<std::string(std::size_t)>& place, bo
   const std::size_t repeats = recorded_.size() - scans.size();
   if (static_cast<double>(repeats) > kWorthSaying * static_cast<double>(recorded_.size())) {
     const auto first = std::find(recorded_.begin(), recorded_.end(), std::nullopt);
-    notes_.warnings.push_back(
-        {"scans_repeated",
-         fmt::format("{} of {} scans repeat the one before within 20 ms, first at {}: each is used "
-                     "once",
-                     repeats, recorded_.size(),
-                     place(static_cast<std::size_t>(first - recorded_.begin())))});
+    notes_.warnings.push_back(repeats_warning(
+        repeats, recorded_.size(), place(static_cast<std::size_t>(first - recorded_.begin()))));
   }
   check_sweep();
   check_unit();

@@ -161,6 +161,30 @@ void leave_out_cut_lines(std::vector<ScanLine>& scans, const char* text_end, Ski
   };
   std::erase_if(scans, cut);
 }
+
+// Stamp, angles and limits, taken off the line; null, or why they are none.
+const char* read_scan_header(std::string_view& line, LaserScan& scan) {
+  const auto stamp = Timestamp::parse(next_cell(line));
+  if (!stamp) return kSkipNotANumber;
+  scan.stamp = *stamp;
+  double* const header[] = {&scan.angle_min, &scan.angle_increment, &scan.range_min,
+                            &scan.range_max};
+  for (double* value : header) {
+    const std::string_view cell = next_cell(line);
+    const auto number = parse_number_or_special(cell);
+    if (cell.empty()) return kSkipShortLine;
+    if (!number || std::isnan(*number)) return kSkipNotANumber;
+    *value = *number;
+  }
+  if (std::isinf(scan.range_max)) scan.range_max = 0;  // no limit stated
+  if (scan.range_max > 0 && !(scan.range_min < scan.range_max)) return kSkipRangeLimits;
+  if (!std::isfinite(scan.angle_min) || !std::isfinite(scan.angle_increment) ||
+      std::abs(scan.angle_min) > 1e3 || std::abs(scan.angle_increment) > 1e3 ||
+      scan.angle_increment == 0 || !std::isfinite(scan.range_min)) {
+    return kSkipNotANumber;
+  }
+  return nullptr;
+}
 }  // namespace
 
 std::vector<ListEntry> parse_list(std::string_view text, SkipCounts& skips, StreamClock* clock) {
@@ -185,32 +209,8 @@ std::vector<ListEntry> parse_list(std::string_view text, SkipCounts& skips, Stre
 std::optional<LaserScan> parse_scan_line(std::string_view line, std::string& why,
                                          std::string* found) {
   LaserScan scan;
-  const auto stamp = Timestamp::parse(next_cell(line));
-  if (!stamp) {
-    why = kSkipNotANumber;
-    return std::nullopt;
-  }
-  scan.stamp = *stamp;
-  double* const header[] = {&scan.angle_min, &scan.angle_increment, &scan.range_min,
-                            &scan.range_max};
-  for (double* value : header) {
-    const std::string_view cell = next_cell(line);
-    const auto number = parse_number_or_special(cell);
-    if (cell.empty() || !number || std::isnan(*number)) {
-      why = cell.empty() ? kSkipShortLine : kSkipNotANumber;
-      return std::nullopt;
-    }
-    *value = *number;
-  }
-  if (std::isinf(scan.range_max)) scan.range_max = 0;  // no limit stated
-  if (scan.range_max > 0 && !(scan.range_min < scan.range_max)) {
-    why = kSkipRangeLimits;
-    return std::nullopt;
-  }
-  if (!std::isfinite(scan.angle_min) || !std::isfinite(scan.angle_increment) ||
-      std::abs(scan.angle_min) > 1e3 || std::abs(scan.angle_increment) > 1e3 ||
-      scan.angle_increment == 0 || !std::isfinite(scan.range_min)) {
-    why = kSkipNotANumber;
+  if (const char* wrong = read_scan_header(line, scan)) {
+    why = wrong;
     return std::nullopt;
   }
   while (!line.empty() && scan.ranges.size() < kMostBeams) {
