@@ -16,6 +16,8 @@ namespace lamina::io {
 
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 constexpr double kShortest = 1e-4, kStep = 0.01;  // ms; share of a time
 
 std::size_t step_of(double ms) {
@@ -88,32 +90,49 @@ void MemoryTrace::note(double recording_s) {
   interval_s_ *= 2;
 }
 
-void write_metrics(const std::filesystem::path& file, const Metrics& metrics) {
-  using Json = nlohmann::ordered_json;
-  Json json;
-  json["stages"] = Json::object();
-  for (const auto& [name, stage] : metrics.stages) {
-    json["stages"][name] = {{"calls", stage.calls()},
-                            {"median_ms", stage.percentile_ms(50)},
-                            {"p95_ms", stage.percentile_ms(95)},
-                            {"p99_ms", stage.percentile_ms(99)},
-                            {"max_ms", stage.max_ms()}};
-  }
-  if (metrics.refine) {
-    const RefineMetrics& r = *metrics.refine;
-    json["refine"] = {{"solve_s", r.solve_s},       {"iterations", r.iterations},
-                      {"status", r.status},         {"cost_before", r.cost_before},
-                      {"cost_after", r.cost_after}, {"moved_rms_m", r.moved_rms_m}};
-  }
+namespace {
+
+Json json_of(const StageTimes& stage) {
+  return {{"calls", stage.calls()},
+          {"median_ms", stage.percentile_ms(50)},
+          {"p95_ms", stage.percentile_ms(95)},
+          {"p99_ms", stage.percentile_ms(99)},
+          {"max_ms", stage.max_ms()}};
+}
+
+Json json_of(const RefineMetrics& r) {
+  return {{"solve_s", r.solve_s},       {"iterations", r.iterations},
+          {"status", r.status},         {"cost_before", r.cost_before},
+          {"cost_after", r.cost_after}, {"moved_rms_m", r.moved_rms_m}};
+}
+
+Json json_of(const LostSpan& span) {
+  Json json = {{"after_s", span.after_s}, {"until_s", nullptr}};
+  if (span.until_s) json["until_s"] = *span.until_s;
+  return json;
+}
+
+Json json_of(const CalibrationEntry& entry) {
+  return {{"parameter", entry.parameter}, {"stated", entry.stated}, {"found", entry.found},
+          {"sigma", entry.sigma},         {"score", entry.score},   {"adopted", entry.adopted}};
+}
+
+double peak_resident_mb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  json["peak_rss_mb"] = static_cast<double>(usage.ru_maxrss) / 1024.0;
+  return static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+
+}  // namespace
+
+void write_metrics(const std::filesystem::path& file, const Metrics& metrics) {
+  Json json;
+  json["stages"] = Json::object();
+  for (const auto& [name, stage] : metrics.stages) json["stages"][name] = json_of(stage);
+  if (metrics.refine) json["refine"] = json_of(*metrics.refine);
+  json["peak_rss_mb"] = peak_resident_mb();
   json["tracking_lost"] = Json::array();
-  for (const LostSpan& span : metrics.tracking_lost) {
-    Json one = {{"after_s", span.after_s}, {"until_s", nullptr}};
-    if (span.until_s) one["until_s"] = *span.until_s;
-    json["tracking_lost"].push_back(one);
-  }
+  for (const LostSpan& span : metrics.tracking_lost) json["tracking_lost"].push_back(json_of(span));
   json["memory"] = Json::array();
   for (const auto& sample : metrics.memory.samples()) {
     json["memory"].push_back(
@@ -126,14 +145,7 @@ void write_metrics(const std::filesystem::path& file, const Metrics& metrics) {
     json["warnings"].push_back({{"id", warning.id}, {"text", warning.text}});
   json["assumed"] = metrics.assumed;
   json["calibration"] = Json::array();
-  for (const CalibrationEntry& entry : metrics.calibration) {
-    json["calibration"].push_back({{"parameter", entry.parameter},
-                                   {"stated", entry.stated},
-                                   {"found", entry.found},
-                                   {"sigma", entry.sigma},
-                                   {"score", entry.score},
-                                   {"adopted", entry.adopted}});
-  }
+  for (const auto& entry : metrics.calibration) json["calibration"].push_back(json_of(entry));
   json["readings"] = metrics.readings;
   json["counts"] = Json::object();
   for (const auto& [what, count] : metrics.counts) json["counts"][what] = count;

@@ -144,6 +144,32 @@ bool Caster::hit_surface(std::int32_t surface, const Eigen::Vector3d& origin,
   return true;
 }
 
+namespace {
+
+template <class Box>
+bool misses_box(const Box& box, const Eigen::Vector3d& origin, const Eigen::Array3d& inverse,
+                double enter, double leave) {
+  for (int k = 0; k < 3; ++k) {
+    const double a = (box.low[k] - origin[k]) * inverse[k];
+    const double b = (box.high[k] - origin[k]) * inverse[k];
+    // Written so that a NaN (0 times infinity, a ray in the box's side) does not exclude.
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(b, a));
+  }
+  return enter > leave;
+}
+
+// Of a face or a cylinder, on either side.
+Eigen::Vector3d normal_at(const Scene& scene, std::int32_t surface, const Eigen::Vector3d& p_map) {
+  const std::size_t s = static_cast<std::size_t>(surface), faces = scene.faces().size();
+  if (s < faces) return scene.faces()[s].plane_map.normal();
+  const Cylinder& c = scene.cylinders()[s - faces];
+  const Eigen::Vector3d x = p_map - c.base_map;
+  return (x - x.dot(c.axis_map) * c.axis_map).normalized();
+}
+
+}  // namespace
+
 std::optional<Hit> Caster::cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                                 double min_range, double max_range) const {
   Hit best;
@@ -154,15 +180,7 @@ std::optional<Hit> Caster::cast(const Eigen::Vector3d& origin, const Eigen::Vect
   stack[top++] = 0;
   while (top > 0) {
     const Node& node = nodes_[static_cast<std::size_t>(stack[--top])];
-    double enter = min_range, leave = best.range;
-    for (int k = 0; k < 3; ++k) {
-      const double a = (node.low[k] - origin[k]) * inverse[k];
-      const double b = (node.high[k] - origin[k]) * inverse[k];
-      // Written so that a NaN (0 times infinity, a ray in the box's side) does not exclude.
-      enter = std::max(enter, std::min(a, b));
-      leave = std::min(leave, std::max(b, a));
-    }
-    if (enter > leave) {
+    if (misses_box(node, origin, inverse, min_range, best.range)) {
       continue;
     }
     if (node.left >= 0) {
@@ -182,14 +200,7 @@ std::optional<Hit> Caster::cast(const Eigen::Vector3d& origin, const Eigen::Vect
   if (best.surface < 0) {
     return std::nullopt;
   }
-  const std::size_t s = static_cast<std::size_t>(best.surface), faces = scene_->faces().size();
-  if (s < faces) {
-    best.normal_map = scene_->faces()[s].plane_map.normal();
-  } else {
-    const Cylinder& c = scene_->cylinders()[s - faces];
-    const Eigen::Vector3d x = origin + best.range * direction - c.base_map;
-    best.normal_map = (x - x.dot(c.axis_map) * c.axis_map).normalized();
-  }
+  best.normal_map = normal_at(*scene_, best.surface, origin + best.range * direction);
   if (best.normal_map.dot(direction) > 0) {
     best.normal_map = -best.normal_map;
   }

@@ -20,15 +20,13 @@ std::uint64_t stream_of(Stream kind, std::uint64_t frame_index) {
 /// frame). For |x| < 4096.
 int nearest_integer(float x) { return static_cast<int>(x + 4096.5F) - 4096; }
 
-/// Smooths rows, then columns, in place; borders are mirrored.
-void smooth(const std::vector<float>& kernel, int width, int height, std::vector<float>& image) {
-  const int radius = static_cast<int>(kernel.size()) - 1;
-  const auto w = static_cast<std::size_t>(width), h = static_cast<std::size_t>(height);
-  const auto r = static_cast<std::size_t>(radius);
-  std::vector<float> padded(std::max(w, h) + 2 * r);
+void smooth_rows(const std::vector<float>& kernel, std::size_t w, std::size_t h,
+                 std::vector<float>& image) {
+  const std::size_t r = kernel.size() - 1;
+  std::vector<float> padded(w + 2 * r);
   for (std::size_t v = 0; v < h; ++v) {
     float* row = &image[v * w];
-    std::copy(row, row + w, padded.begin() + radius);
+    std::copy(row, row + w, padded.begin() + static_cast<std::ptrdiff_t>(r));
     for (std::size_t k = 1; k <= r; ++k) {
       padded[r - k] = row[std::min(w - 1, k)];
       padded[r + w - 1 + k] = row[w - 1 - std::min(w - 1, k)];
@@ -44,6 +42,10 @@ void smooth(const std::vector<float>& kernel, int width, int height, std::vector
       }
     }
   }
+}
+
+void smooth_columns(const std::vector<float>& kernel, std::size_t w, std::size_t h,
+                    std::vector<float>& image) {
   std::vector<float> out(image.size());
   for (std::size_t v = 0; v < h; ++v) {
     float* to = &out[v * w];
@@ -51,7 +53,7 @@ void smooth(const std::vector<float>& kernel, int width, int height, std::vector
     for (std::size_t u = 0; u < w; ++u) {
       to[u] = kernel[0] * middle[u];
     }
-    for (std::size_t k = 1; k <= r; ++k) {
+    for (std::size_t k = 1; k < kernel.size(); ++k) {
       const std::size_t up = v >= k ? v - k : std::min(h - 1, k - v);
       const std::size_t down = v + k < h ? v + k : 2 * (h - 1) - std::min(v + k, 2 * (h - 1));
       const float *a = &image[up * w], *b = &image[down * w];
@@ -62,6 +64,13 @@ void smooth(const std::vector<float>& kernel, int width, int height, std::vector
     }
   }
   image.swap(out);
+}
+
+/// Smooths rows, then columns, in place; borders are mirrored.
+void smooth(const std::vector<float>& kernel, int width, int height, std::vector<float>& image) {
+  const auto w = static_cast<std::size_t>(width), h = static_cast<std::size_t>(height);
+  smooth_rows(kernel, w, h, image);
+  smooth_columns(kernel, w, h, image);
 }
 
 /// A smooth field of unit variance: waves of up to 2.5 periods over the image, fixed by the seed.

@@ -3,7 +3,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
 
 #include <lamina/sim/random.hpp>
 
@@ -11,6 +13,35 @@ namespace lamina::sim {
 namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr std::uint64_t kScanStreams = 0x5CA0000000000000ULL;
+
+// Where a face's outline crosses z = 0 of the scanner; nullopt: nowhere.
+std::optional<std::array<Eigen::Vector2d, 2>> outline_crossings(const Face& face,
+                                                                const SE3& T_lidar_map) {
+  std::array<Eigen::Vector2d, 2> ends;
+  std::size_t found = 0;
+  const std::size_t count = face.corners_map.size();
+  Eigen::Vector3d a = T_lidar_map * face.corners_map[count - 1];
+  for (std::size_t i = 0; i < count && found < 2; ++i) {
+    const Eigen::Vector3d b = T_lidar_map * face.corners_map[i];
+    if ((a.z() < 0) != (b.z() < 0)) {
+      ends[found++] = (a + a.z() / (a.z() - b.z()) * (b - a)).head<2>();
+    }
+    a = b;
+  }
+  if (found < 2) return std::nullopt;
+  return ends;
+}
+
+// What a beam at an edge returns: something between its surface and its neighbour's.
+double mixed_range(const ScanTruth& truth, std::size_t i, const LidarEffects& effects, double mix,
+                   double share) {
+  const std::size_t other = mix < 0.5 ? i - 1 : i + 1;  // wraps to past the end at i = 0
+  const bool mixed = effects.mixed && other < truth.ranges.size() && truth.surfaces[other] >= 0 &&
+                     std::abs(truth.ranges[i] - truth.ranges[other]) > effects.mixed_jump &&
+                     std::abs(2 * mix - 1) < effects.mixed_probability;
+  return mixed ? truth.ranges[i] + share * (truth.ranges[other] - truth.ranges[i])
+               : truth.ranges[i];
+}
 }  // namespace
 
 LidarEffects LidarEffects::none() {
@@ -32,24 +63,13 @@ LidarSimulator::LidarSimulator(const Caster& caster, const LidarModel& model,
 
 void LidarSimulator::cut_face(const Face& face, std::int32_t surface, const SE3& T_lidar_map,
                               ScanTruth& out) const {
-  // Where the outline crosses z = 0 of the scanner.
-  Eigen::Vector2d ends[2];
-  int found = 0;
-  const std::size_t count = face.corners_map.size();
-  Eigen::Vector3d a = T_lidar_map * face.corners_map[count - 1];
-  for (std::size_t i = 0; i < count && found < 2; ++i) {
-    const Eigen::Vector3d b = T_lidar_map * face.corners_map[i];
-    if ((a.z() < 0) != (b.z() < 0)) {
-      ends[found++] = (a + a.z() / (a.z() - b.z()) * (b - a)).head<2>();
-    }
-    a = b;
-  }
+  const auto ends = outline_crossings(face, T_lidar_map);
   const Plane plane_lidar = T_lidar_map * face.plane_map;
-  if (found < 2 || std::abs(plane_lidar.rho()) < 1e-9) {
+  if (!ends || std::abs(plane_lidar.rho()) < 1e-9) {
     return;
   }
-  const double start = std::atan2(ends[0].y(), ends[0].x());
-  const double stop = std::atan2(ends[1].y(), ends[1].x());
+  const double start = std::atan2((*ends)[0].y(), (*ends)[0].x());
+  const double stop = std::atan2((*ends)[1].y(), (*ends)[1].x());
   const double turn = std::remainder(stop - start, 2 * kPi);
   const double low = turn >= 0 ? start : stop, width = std::abs(turn);
   const Eigen::Vector2d n = plane_lidar.normal().head<2>();
@@ -155,12 +175,7 @@ LaserScan LidarSimulator::measure(const ScanTruth& truth, const SE3& T_map_lidar
     const double cosine =
         s < faces.size() ? std::abs(faces[s].plane_map.normal().dot(T_map_lidar.so3() * direction))
                          : 1;
-    const std::size_t other = mix < 0.5 ? i - 1 : i + 1;  // wraps to past the end at i = 0
-    if (effects_.mixed && other < count && truth.surfaces[other] >= 0 &&
-        std::abs(truth.ranges[i] - truth.ranges[other]) > effects_.mixed_jump &&
-        std::abs(2 * mix - 1) < effects_.mixed_probability) {
-      ranges[i] += share * (truth.ranges[other] - truth.ranges[i]);
-    }
+    ranges[i] = mixed_range(truth, i, effects_, mix, share);
     ranges[i] += effects_.noise ? noise * model_.noise.range_sigma : 0;
     if (drop < effects_.dropout || (effects_.grazing && cosine < cos_limit) ||
         ranges[i] < geometry_.range_min || ranges[i] > geometry_.range_max) {

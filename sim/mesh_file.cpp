@@ -62,6 +62,26 @@ void check_elements(const PlyHeader& header, const std::string& name) {
   }
 }
 
+Element read_element(std::istringstream& line, const std::string& name, int line_number) {
+  Element element;
+  if (!(line >> element.name >> element.count) || element.count < 0 || element.count > 1000000000) {
+    throw input_error(name, std::to_string(line_number), "a broken element", "name and count");
+  }
+  return element;
+}
+
+Property read_property(std::istringstream& line, const std::string& name) {
+  Property property;
+  line >> property.type;
+  if (property.type == "list") {
+    line >> property.count_type >> property.type;
+    size_of(property.count_type, name);
+  }
+  line >> property.name;
+  size_of(property.type, name);
+  return property;
+}
+
 PlyHeader read_header(const std::string& bytes, const std::string& name) {
   PlyHeader header;
   std::size_t at = 0;
@@ -83,22 +103,9 @@ PlyHeader read_header(const std::string& bytes, const std::string& name) {
       header.ascii = format == "ascii";
       header.big_endian = format == "binary_big_endian";
     } else if (word == "element") {
-      Element element;
-      if (!(line >> element.name >> element.count) || element.count < 0 ||
-          element.count > 1000000000) {
-        throw input_error(name, std::to_string(line_number), "a broken element", "name and count");
-      }
-      header.elements.push_back(element);
+      header.elements.push_back(read_element(line, name, line_number));
     } else if (word == "property" && !header.elements.empty()) {
-      Property property;
-      line >> property.type;
-      if (property.type == "list") {
-        line >> property.count_type >> property.type;
-        size_of(property.count_type, name);
-      }
-      line >> property.name;
-      size_of(property.type, name);
-      header.elements.back().properties.push_back(property);
+      header.elements.back().properties.push_back(read_property(line, name));
     } else if (word == "end_header") {
       check_elements(header, name);
       header.body = at;

@@ -114,6 +114,37 @@ void Settings::finish() const {
 
 namespace {
 
+DepthNoise make_depth_noise(Settings& s, const std::string& model, double fx) {
+  const double baseline = s.number("camera.baseline_m", 0.12);
+  const double sigma = s.number("camera.disparity_sigma_px", 0.2);
+  DepthNoise noise = model == "kinect"   ? DepthNoise::kinect(fx)
+                     : model == "stereo" ? DepthNoise::stereo(fx, baseline, sigma)
+                                         : DepthNoise::ideal(fx);
+  if (model == "kinect") {
+    noise.min_range = 0.5;  // what the device gives out
+    noise.max_range = 8;
+  }
+  noise.min_range = s.number("camera.min_range_m", noise.min_range);
+  noise.max_range = s.number("camera.max_range_m", noise.max_range);
+  noise.correlation_px = s.number("camera.correlation_px", noise.correlation_px);
+  return noise;
+}
+
+void read_effects(Settings& s, const std::string& model, DepthEffects& e) {
+  e.noise = s.flag("effects.noise", e.noise);
+  e.correlated = s.flag("effects.correlated", e.correlated);
+  e.quantise = s.flag("effects.quantise", e.quantise);
+  e.lateral = s.flag("effects.lateral", model == "kinect");
+  e.shadow = s.flag("effects.shadow", e.shadow);
+  e.grazing = s.flag("effects.grazing", e.grazing);
+  e.distortion = s.flag("effects.distortion", e.distortion);
+  e.lateral_sigma_px = s.number("effects.lateral_sigma_px", e.lateral_sigma_px);
+  e.grazing_deg = s.number("effects.grazing_deg", e.grazing_deg);
+  e.distortion_sigma_px = s.number("effects.distortion_sigma_px", e.distortion_sigma_px);
+  e.slope_px = s.number("effects.slope_px", e.slope_px);
+  e.dropout = s.number("effects.dropout", e.dropout);
+}
+
 DepthSensor make_depth(Settings& s, const RigDefaults& d) {
   DepthSensor out;
   const SE3 mount =
@@ -133,32 +164,8 @@ DepthSensor make_depth(Settings& s, const RigDefaults& d) {
   c.cy = s.number("camera.cy", 0.5 * (c.height - 1));
   out.camera.depth_scale = s.number("camera.depth_scale", out.camera.depth_scale);
   const std::string model = s.choice("camera.model", d.camera_model, {"kinect", "stereo", "ideal"});
-  const double baseline = s.number("camera.baseline_m", 0.12);
-  const double sigma = s.number("camera.disparity_sigma_px", 0.2);
-  out.camera.noise = model == "kinect"   ? DepthNoise::kinect(c.fx)
-                     : model == "stereo" ? DepthNoise::stereo(c.fx, baseline, sigma)
-                                         : DepthNoise::ideal(c.fx);
-  if (model == "kinect") {
-    out.camera.noise.min_range = 0.5;  // what the device gives out
-    out.camera.noise.max_range = 8;
-  }
-  out.camera.noise.min_range = s.number("camera.min_range_m", out.camera.noise.min_range);
-  out.camera.noise.max_range = s.number("camera.max_range_m", out.camera.noise.max_range);
-  out.camera.noise.correlation_px =
-      s.number("camera.correlation_px", out.camera.noise.correlation_px);
-  DepthEffects& e = out.effects;
-  e.noise = s.flag("effects.noise", e.noise);
-  e.correlated = s.flag("effects.correlated", e.correlated);
-  e.quantise = s.flag("effects.quantise", e.quantise);
-  e.lateral = s.flag("effects.lateral", model == "kinect");
-  e.shadow = s.flag("effects.shadow", e.shadow);
-  e.grazing = s.flag("effects.grazing", e.grazing);
-  e.distortion = s.flag("effects.distortion", e.distortion);
-  e.lateral_sigma_px = s.number("effects.lateral_sigma_px", e.lateral_sigma_px);
-  e.grazing_deg = s.number("effects.grazing_deg", e.grazing_deg);
-  e.distortion_sigma_px = s.number("effects.distortion_sigma_px", e.distortion_sigma_px);
-  e.slope_px = s.number("effects.slope_px", e.slope_px);
-  e.dropout = s.number("effects.dropout", e.dropout);
+  out.camera.noise = make_depth_noise(s, model, c.fx);
+  read_effects(s, model, out.effects);
   out.rate_hz = s.number("camera.rate_hz", d.camera_rate);
   out.delay_s = s.number("camera.delay_s", 0);
   return out;

@@ -168,19 +168,10 @@ std::string grid_data(const Path& folder) {
   });
 }
 
-std::string occupancy_data(const Path& file) {
-  Frame frame;
-  const Path yaml_file = file.parent_path() / "occupancy.yaml";
-  try {
-    const YAML::Node yaml = YAML::LoadFile(yaml_file.string());
-    frame.resolution = yaml["resolution"].as<double>();
-    frame.x = yaml["origin"][0].as<double>();
-    frame.y = yaml["origin"][1].as<double>();
-  } catch (const YAML::Exception& e) {
-    throw Error(yaml_file.string() + ": " + e.what() + ", expected resolution and origin");
-  }
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw Error(file.string() + ": cannot be opened");
+namespace {
+
+// Sets the frame's size; where the pixels begin, all of which are there.
+std::size_t read_pgm_header(std::ifstream& in, const Path& file, Frame& frame) {
   std::string magic;
   int largest = 0;
   in >> magic >> frame.width >> frame.height >> largest;
@@ -196,6 +187,25 @@ std::string occupancy_data(const Path& file) {
     throw input_error(file.string(), "", std::to_string(size - std::min(size, start)) + " pixels",
                       std::to_string(cells));
   }
+  return start;
+}
+
+}  // namespace
+
+std::string occupancy_data(const Path& file) {
+  Frame frame;
+  const Path yaml_file = file.parent_path() / "occupancy.yaml";
+  try {
+    const YAML::Node yaml = YAML::LoadFile(yaml_file.string());
+    frame.resolution = yaml["resolution"].as<double>();
+    frame.x = yaml["origin"][0].as<double>();
+    frame.y = yaml["origin"][1].as<double>();
+  } catch (const YAML::Exception& e) {
+    throw Error(yaml_file.string() + ": " + e.what() + ", expected resolution and origin");
+  }
+  std::ifstream in(file, std::ios::binary);
+  if (!in) throw Error(file.string() + ": cannot be opened");
+  const std::size_t start = read_pgm_header(in, file, frame);
   std::string pixels(static_cast<std::size_t>(frame.width), '\0');
   const auto value = [&](int row, int i) {
     if (i == 0) {
