@@ -136,6 +136,22 @@ class Input {
   double max_tilt_ = Settings().scan_odometry.max_tilt;
 };
 
+// What needs no look ahead is found on the way.
+void set_up(FrontEnd& front_end, const MapRequest& request, const Input& input) {
+  if (input.live() && request.resume)
+    throw Error("--resume: found the live device " + request.input + ", expected a recording");
+  const Settings& settings = input.settings;
+  if (request.online && settings.follow_slopes) front_end.follow_slopes();
+  if (request.online && settings.images_beside_wheels) front_end.ask_images_beside_wheels();
+  if (!input.offline() && settings.find_sweep && settings.sweep == 0) front_end.watch_for_sweep();
+}
+
+void require_nonempty(const MapRequest& request, const Mapper& mapper, const MapOutput& output) {
+  if (!mapper.trajectory().empty()) return;
+  throw Error(request.input + ": found no scan and no depth frame that could be used (" +
+              output.skipped_text() + "), expected at least one");
+}
+
 // What the run ended with, into files and metrics. Whether all of it was written.
 bool write_results(const MapRequest& request, const Input& input, const Mapper& mapper,
                    FrontEnd& front_end, const Checkpoint& checkpoint, Run& run) {
@@ -197,11 +213,7 @@ int run_map(const MapRequest& request) {
   input.note(output.metrics);
   FrontEnd front_end(settings, input.sensors);
   output.end_with(interrupt);
-  if (request.online && settings.follow_slopes) front_end.follow_slopes();
-  if (request.online && settings.images_beside_wheels) front_end.ask_images_beside_wheels();
-  if (input.live() && request.resume) {
-    throw Error("--resume: found the live device " + request.input + ", expected a recording");
-  }
+  set_up(front_end, request, input);
   Checkpoint checkpoint(request.output, identity(request, settings), settings.checkpoint_interval);
   if (request.resume) checkpoint.require_same_run();
   Run run{input.recording,
@@ -226,11 +238,10 @@ int run_map(const MapRequest& request) {
   };
   output.metrics.readings = 1;
   if (!input.live()) run.open_again = [&] { return open_reclocked(input.clocks); };
-  if (!input.live() && input.clocks.any()) {
+  if (run.open_again && input.clocks.any()) {
     input.recording.reset();
     input.recording = run.open_again();
   }
-  if (!input.offline() && settings.find_sweep && settings.sweep == 0) front_end.watch_for_sweep();
   if (input.offline())
     look_ahead({input.recording, run.open_again, open_reclocked, input.clocks, input.scanner,
                 settings, output.metrics, ended},
@@ -238,10 +249,7 @@ int run_map(const MapRequest& request) {
   const Mapper mapper = request.online ? map_online(run) : map_offline(run);
   output.add_skipped(input.recording->skipped());
   output.add_skipped(front_end.skipped());
-  if (mapper.trajectory().empty()) {
-    throw Error(request.input + ": found no scan and no depth frame that could be used (" +
-                output.skipped_text() + "), expected at least one");
-  }
+  require_nonempty(request, mapper, output);
   const bool whole = write_results(request, input, mapper, front_end, checkpoint, run);
   if (!input.live() && whole) checkpoint.finish();
   interrupt.all_is_written();

@@ -33,18 +33,32 @@ LoopCloserOptions loop_options(const Settings& settings, bool online) {
   return options;
 }
 
-bool for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& take) {
-  std::int64_t done = 0, planes = 0, skip = 0;
-  bool whole = true;
-  if (run.checkpoint && run.resume) {
-    skip = run.checkpoint->resume(run.front_end, run.closer,
-                                  [&](JournalEntry&& entry) { planes = take(std::move(entry)); });
-    if (skip > 0) spdlog::info("resumed after {} measurements", skip);
-    if (skip == 0) spdlog::info("no checkpoint yet, starting from the beginning");
-    if (skip > 0) run.interrupt.something_stands();
-  } else if (run.checkpoint) {
+namespace {
+
+// How many measurements the steps of a checkpoint stand for.
+std::int64_t gone_on_from_checkpoint(Run& run, const std::function<void(JournalEntry&&)>& take) {
+  if (!run.checkpoint) return 0;
+  if (!run.resume) {
     run.checkpoint->begin();
+    return 0;
   }
+  const std::int64_t skip = run.checkpoint->resume(run.front_end, run.closer, take);
+  if (skip == 0) {
+    spdlog::info("no checkpoint yet, starting from the beginning");
+    return 0;
+  }
+  spdlog::info("resumed after {} measurements", skip);
+  run.interrupt.something_stands();
+  return skip;
+}
+
+}  // namespace
+
+bool for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& take) {
+  std::int64_t done = 0, planes = 0;
+  bool whole = true;
+  const std::int64_t skip =
+      gone_on_from_checkpoint(run, [&](JournalEntry&& entry) { planes = take(std::move(entry)); });
   io::Metrics& metrics = run.output.metrics;
   const auto hand_on = [&](std::vector<ClosedStep>&& closed) {
     for (ClosedStep& one : closed) {

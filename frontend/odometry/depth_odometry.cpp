@@ -139,6 +139,27 @@ DepthOdometry::Alignment DepthOdometry::aligned_as_expected(const DepthBlocks& c
   return a;
 }
 
+namespace {
+
+template <class Alignment>
+void report_match(const Alignment& a, bool lost, DepthMotion& motion) {
+  motion.status = lost            ? ScanMotion::Status::kPredicted
+                  : a.unknown > 0 ? ScanMotion::Status::kDegenerate
+                                  : ScanMotion::Status::kTracked;
+  motion.unknown_directions = lost ? 6 : a.unknown;
+  motion.matched = a.matched;
+  motion.rms = a.rms;
+}
+
+// What the image alone says, in the body's tangent. `Ad_camera_body`: from there to the camera's.
+template <class Alignment>
+void report_image(const Alignment& a, const Matrix6d& Ad_camera_body, DepthMotion& motion) {
+  motion.image_information = Ad_camera_body.transpose() * a.information * Ad_camera_body;
+  motion.image_pull = Ad_camera_body.transpose() * a.pull;
+}
+
+}  // namespace
+
 DepthMotion DepthOdometry::process(const DepthFrame& frame,
                                    const std::optional<MotionGuess>& guess) {
   DepthMotion motion;
@@ -174,12 +195,7 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   } else if (!frozen) {
     usual_.tracked(frame.stamp, a.matched);
   }
-  motion.status = lost            ? ScanMotion::Status::kPredicted
-                  : a.unknown > 0 ? ScanMotion::Status::kDegenerate
-                                  : ScanMotion::Status::kTracked;
-  motion.unknown_directions = lost ? 6 : a.unknown;
-  motion.matched = a.matched;
-  motion.rms = a.rms;
+  report_match(a, lost, motion);
   const SE3 step = lost ? expected.T_prev_curr : T_world_camera_.inverse() * a.T_world_camera;
   motion.T_prev_curr_body = T_body_camera * step * T_body_camera.inverse();
   if (!lost && expected.overruled) {
@@ -193,11 +209,7 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   const Matrix6d Ad = T_body_camera.adjoint();
   motion.covariance = Ad * covariance * Ad.transpose();
   motion.covariance = 0.5 * (motion.covariance + motion.covariance.transpose()).eval();
-  if (!lost) {
-    const Matrix6d Ad_inverse = T_body_camera.inverse().adjoint();
-    motion.image_information = Ad_inverse.transpose() * a.information * Ad_inverse;
-    motion.image_pull = Ad_inverse.transpose() * a.pull;
-  }
+  if (!lost) report_image(a, T_body_camera.inverse().adjoint(), motion);
   motion.heading_guessed =
       guessed_heading(motion, Ad.row(5) * expected.covariance * Ad.row(5).transpose());
   T_world_camera_ = T_world_camera_ * step;
