@@ -182,13 +182,18 @@ bool write_results(const MapRequest& request, const Input& input, const Mapper& 
 
 void require_planes(const MapRequest& request, MapOutput& output) {
   if (output.metrics.counts["planes"] != 0) return;
-  std::string causes;
-  for (const Warning& warning : output.metrics.warnings)
-    causes += (causes.empty() ? "; " : ", ") + warning.id;
+  std::string causes, more;
+  for (const Warning& warning : output.metrics.warnings) {
+    if (causes.empty()) {
+      causes = "; " + warning.text;
+    } else {
+      more += (more.empty() ? "; also: " : ", ") + warning.id;
+    }
+  }
   throw Error(fmt::format(
-      "{}: found no plane in {:.0f} frames and scans ({}{}), expected walls or floor that "
+      "{}: found no plane in {:.0f} frames and scans ({}{}{}), expected walls or floor that "
       "several of them see; the files written hold none",
-      request.input, output.metrics.counts["steps"], output.skipped_text(), causes));
+      request.input, output.metrics.counts["steps"], output.skipped_text(), causes, more));
 }
 
 void log_warnings(const Recording& recording, const io::Metrics& metrics) {
@@ -255,8 +260,8 @@ int run_map(const MapRequest& request) {
   interrupt.all_is_written();
   if (page) page->finished(request.output);
   fmt::print("{}", output.summary());
-  log_warnings(*input.recording, output.metrics);
   if (whole && !interrupt.interrupted()) require_planes(request, output);
+  log_warnings(*input.recording, output.metrics);
   return 0;
 }
 

@@ -158,6 +158,35 @@ void report_image(const Alignment& a, const Matrix6d& Ad_camera_body, DepthMotio
   motion.image_pull = Ad_camera_body.transpose() * a.pull;
 }
 
+void report_overruled(const SE3& T_wheels_image, DepthMotion& motion) {
+  motion.against_wheels_m = T_wheels_image.translation().norm();
+  motion.against_wheels_rad = T_wheels_image.so3().log().norm();
+}
+
+// A camera's covariance in the body's tangent. `Ad`: of T_body_camera.
+Matrix6d in_body(const Matrix6d& covariance, const Matrix6d& Ad) {
+  const Matrix6d turned = Ad * covariance * Ad.transpose();
+  return 0.5 * (turned + turned.transpose());
+}
+
+// Of an image that says nothing.
+template <class Expectation>
+DepthMotion as_expected(const Expectation& e, const SE3& T_body_camera) {
+  DepthMotion motion;
+  motion.status = ScanMotion::Status::kPredicted;
+  motion.unknown_directions = 6;
+  motion.T_prev_curr_body = T_body_camera * e.T_prev_curr * T_body_camera.inverse();
+  motion.covariance = in_body(e.covariance, T_body_camera.adjoint());
+  return motion;
+}
+
+bool moves(const MotionGuess& guess) {
+  constexpr double kClear = 22.5;  // 6 dof, 0.1 %
+  const Vector6d e = guess.T_prev_curr_body.log();
+  const Matrix6d least = 1e-8 * Matrix6d::Identity();  // a standstill's covariance may be zero
+  return e.dot((guess.covariance + least).ldlt().solve(e)) > kClear;
+}
+
 }  // namespace
 
 DepthMotion DepthOdometry::process(const DepthFrame& frame,
@@ -174,6 +203,12 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   last_stamp_ = frame.stamp;
   const SE3& T_body_camera = frame.camera.camera.T_body_camera;
   const Expectation at_first = expect(dt, T_body_camera, guess);
+  // An image that is the last one to the bit, while wheels drive, was not taken here.
+  const bool frozen = usual_.repeated(frame.raw);
+  if (frozen && guess && moves(*guess)) {
+    T_world_camera_ = T_world_camera_ * at_first.T_prev_curr;
+    return as_expected(at_first, T_body_camera);
+  }
   Expectation expected = at_first;
   Alignment a = locate(current, T_body_camera, expected);
   motion.moving = drop_what_moved(current, a.T_world_camera);
@@ -189,7 +224,6 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   const bool unlike =
       !guess && usual_.gap_before(frame.stamp) && (a.unknown > 0 || usual_.worse(a.matched));
   const bool lost = unlike || a.matched < options_.lost_matched || a.unknown == 6;
-  const bool frozen = usual_.repeated(frame.raw);
   if (lost) {
     usual_.began(frame.stamp);
   } else if (!frozen) {
@@ -198,17 +232,12 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   report_match(a, lost, motion);
   const SE3 step = lost ? expected.T_prev_curr : T_world_camera_.inverse() * a.T_world_camera;
   motion.T_prev_curr_body = T_body_camera * step * T_body_camera.inverse();
-  if (!lost && expected.overruled) {
-    const SE3 off = at_first.T_prev_curr.inverse() * step;
-    motion.against_wheels_m = off.translation().norm();
-    motion.against_wheels_rad = off.so3().log().norm();
-  }
+  if (!lost && expected.overruled) report_overruled(at_first.T_prev_curr.inverse() * step, motion);
   motion.doubtful = !lost && doubts(expected, step, frame.stamp);
   Matrix6d covariance = lost ? expected.covariance : covariance_of(a, expected, step);
   if (motion.doubtful) covariance += expected.covariance;
   const Matrix6d Ad = T_body_camera.adjoint();
-  motion.covariance = Ad * covariance * Ad.transpose();
-  motion.covariance = 0.5 * (motion.covariance + motion.covariance.transpose()).eval();
+  motion.covariance = in_body(covariance, Ad);
   if (!lost) report_image(a, T_body_camera.inverse().adjoint(), motion);
   motion.heading_guessed =
       guessed_heading(motion, Ad.row(5) * expected.covariance * Ad.row(5).transpose());

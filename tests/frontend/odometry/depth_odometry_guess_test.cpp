@@ -35,6 +35,20 @@ TEST(DepthOdometry, AWheelThatSlipsIsNotBelievedAgainstAWall) {
   EXPECT_LT(e.translation().norm(), 0.05);
 }
 
+// A driver that sends its last image again.
+TEST(DepthOdometry, AnImageThatRepeatsItselfWhileWheelsDriveTellsNothing) {
+  Camera camera;
+  DepthOdometry odometry;
+  DepthFrame frame = camera.see(room(), SE3(), 0);
+  odometry.process(frame, std::nullopt);
+  frame.stamp = Timestamp::from_seconds(0.2);
+  const SE3 step = SE3::planar(0.1, 0, 0);
+  const DepthMotion motion =
+      odometry.process(frame, MotionGuess{step, increment_covariance(OdometryModel(), step)});
+  EXPECT_EQ(motion.status, ScanMotion::Status::kPredicted);
+  EXPECT_LT((step.inverse() * motion.T_prev_curr_body).log().norm(), 1e-9);
+}
+
 constexpr int kImages = 8;
 
 struct Followed {

@@ -90,6 +90,26 @@ TEST(ScanOdometry, ScansThatFitNowhereWhileWheelsGoOnLeaveTheMapAsItIs) {
   EXPECT_LT(off.so3().log().norm(), 0.01);
 }
 
+// A driver that sends its last scan again and again.
+TEST(ScanOdometry, AScanThatRepeatsItselfWhileWheelsDriveTellsNothing) {
+  ScanOdometry odometry;
+  Scanner scanner;
+  LaserScan scan;
+  SE3 T;
+  int stale = 0;
+  for (int i = 0; i < 20; ++i) {
+    std::optional<MotionGuess> g;
+    if (i > 0) g = guess(drive(i - 1).inverse() * drive(i), 0.005, 0.005);
+    if (i < 8 || i > 13) scan = scanner.scan(room(), drive(i), 0.1 * i);
+    scan.stamp = Timestamp::from_seconds(0.1 * i);
+    const ScanMotion motion = odometry.process(scan, g);
+    T = T * motion.T_prev_curr_body;
+    stale += motion.wheels_went_on && motion.iterations == 0;
+  }
+  EXPECT_EQ(stale, 6);
+  EXPECT_LT((drive(19).inverse() * drive(0) * T).translation().norm(), 0.02);
+}
+
 // What normals along one wall scatter by is no measurement of the way along it.
 TEST(ScanOdometry, AloneAlongOneWallTheWayIsOpen) {
   const std::vector<testing::Wall> wall{{{-50, 2}, {50, 2}}};
