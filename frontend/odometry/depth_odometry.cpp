@@ -193,6 +193,7 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
                                    const std::optional<MotionGuess>& guess) {
   DepthMotion motion;
   DepthBlocks current = depth_blocks(frame, options_.blocks);
+  const bool frozen = usual_.repeated(frame.raw);
   if (!last_stamp_) {
     last_stamp_ = frame.stamp;
     usual_.began(frame.stamp);
@@ -204,7 +205,6 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   const SE3& T_body_camera = frame.camera.camera.T_body_camera;
   const Expectation at_first = expect(dt, T_body_camera, guess);
   // An image that is the last one to the bit, while wheels drive, was not taken here.
-  const bool frozen = usual_.repeated(frame.raw);
   if (frozen && guess && moves(*guess)) {
     T_world_camera_ = T_world_camera_ * at_first.T_prev_curr;
     return as_expected(at_first, T_body_camera);

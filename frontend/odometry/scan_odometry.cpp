@@ -115,6 +115,7 @@ ScanOdometry::ScanOdometry(const ScanOdometryOptions& options) : options_(option
 ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<MotionGuess>& wheels,
                                  bool slopes) {
   points_ = points_in_plane(scan, options_);
+  const bool frozen = usual_.repeated(scan.ranges);
   ScanMotion motion;
   if (key_scans_.empty() && !wheels) {
     if (!points_.empty()) usual_.began(scan.stamp);
@@ -127,7 +128,6 @@ ScanMotion ScanOdometry::process(const LaserScan& scan, const std::optional<Moti
   last_stamp_ = scan.stamp;
   last_interval_ = dt;
   const Prediction prediction = predict(wheels);
-  const bool frozen = usual_.repeated(scan.ranges);
   const bool stale = frozen && wheels && contradiction({T_local_body_}, prediction) > kClear;
   if (stale) points_.clear();
   const Eigen::Vector2d scanner = scan.lidar.T_body_lidar.translation().head<2>();
