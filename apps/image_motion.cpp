@@ -91,7 +91,6 @@ std::optional<Increment> MotionBesideWheels::add(Timestamp stamp, const DepthMot
 }
 
 void tell_against_wheels(const AgainstWheels& against, io::Metrics& metrics) {
-  metrics.counts["images_against_wheels"] = static_cast<double>(against.images);
   constexpr double kNoSlip = 0.5;  // m or rad in sum
   if (!(against.metres > kNoSlip || against.radians > kNoSlip)) return;
   metrics.warn(

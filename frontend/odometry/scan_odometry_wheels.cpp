@@ -66,15 +66,16 @@ void ScanOdometry::hold_to_wheels(const PlanarPrior& wheels, const Prediction& p
   const auto from_before = [&](const PlanarPose& T_map_scan) {
     return before.motion.inverse() * (T_local_body_.inverse() * T_map_scan);
   };
-  const PlanarPose found = from_before(match.T_map_scan), told = from_before(wheels.T_map_scan);
+  const PlanarPose found = from_before(match.T_map_scan),
+                   by_wheels = from_before(wheels.T_map_scan);
   const double leap = found.translation().norm(), turn = std::abs(found.yaw);
-  const double square = before.dt * before.dt, told_leap = told.translation().norm();
+  const double square = before.dt * before.dt, wheels_leap = by_wheels.translation().norm();
   const double most_leap = options_.most_acceleration * square;
   const double most_turn = options_.most_spin * square;
-  const bool leaps =
-      before.even && told_leap <= options_.steady * leap && leap >= options_.least_leap + most_leap;
+  const bool leaps = before.even && wheels_leap <= options_.steady * leap &&
+                     leap >= options_.least_leap + most_leap;
   const bool spins =
-      turn >= options_.least_spin + most_turn && std::abs(told.yaw) <= options_.steady * turn;
+      turn >= options_.least_spin + most_turn && std::abs(by_wheels.yaw) <= options_.steady * turn;
   constexpr double kFirm = 1e4;  // times the wheels' information
   PlanarPrior firm = wheels;
   firm.information *= kFirm;

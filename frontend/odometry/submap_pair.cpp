@@ -16,7 +16,7 @@ double chi_squared(const Eigen::Vector3d& e, const Eigen::Matrix3d& S) {
 // Of place (2 dof, m) and heading (rad), each by its own: what they have to do with each other
 // depends on where on the way the drift arose. A chained covariance spreads it over all of the way,
 // and takes what one bad match in a place with little to see does for impossible.
-double chi_squared_apart(const Eigen::Vector3d& e, const Eigen::Matrix3d& S) {
+double chi_squared_between(const Eigen::Vector3d& e, const Eigen::Matrix3d& S) {
   const Eigen::Vector2d t = e.head<2>();
   return t.dot(S.topLeftCorner<2, 2>().inverse() * t) + e.z() * e.z() / S(2, 2);
 }
@@ -49,7 +49,7 @@ bool SubmapPair::consistent(const PlanarEstimate& by_drift, const PlanarEstimate
   const Eigen::Vector3d e = difference(by_drift.pose, by_match.pose);
   const Eigen::Matrix3d S = by_drift.covariance + by_match.covariance;
   if (!(chi_squared(e, S) > max_chi_squared)) return true;
-  if (chi_squared_apart(e, S) > max_chi_squared) return false;
+  if (chi_squared_between(e, S) > max_chi_squared) return false;
   // A place that looks alike lies farther off than a match reaches.
   const LineMatch near = align(by_drift.pose);
   return chi_squared(difference(near.T_map_scan, by_match.pose), by_match.covariance) <=
