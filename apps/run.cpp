@@ -105,6 +105,15 @@ std::vector<std::string> joined_live(int argc, const char* const* argv) {
   return words;
 }
 
+// Results that were printed to a full disk or a closed file are lost: an error of writing.
+int flushed(int code) {
+  std::cout.flush();
+  std::fflush(stdout);
+  if (std::cout && std::ferror(stdout) == 0) return code;
+  throw input_error("standard output", "", "that it cannot be written",
+                    "a disk with room, or an open pipe");
+}
+
 }  // namespace
 
 int run(int argc, const char* const* argv) {
@@ -137,7 +146,7 @@ int run(int argc, const char* const* argv) {
   }
   try {
     for (const auto& [sub, action] : actions) {
-      if (sub->parsed()) return action();
+      if (sub->parsed()) return flushed(action());
     }
     return kUsage;
   } catch (const Error& error) {

@@ -52,6 +52,19 @@ DatasetRecording::DatasetRecording(const std::filesystem::path& folder,
   read_depth_list(options);
   read_stereo_lists(options);
   schedule();
+  warn_of_empty_files();
+}
+
+// A file that is there states that its sensor was aboard.
+void DatasetRecording::warn_of_empty_files() {
+  const auto check = [&](const char* name, bool empty) {
+    if (!empty || !has(name)) return;
+    take({{"empty_file", std::string(name) + " holds no usable line: mapped without it"}}, {}, {});
+  };
+  check("odometry.txt", track_.empty());
+  check("scans.csv", scans_.empty());
+  check("depth.txt", depth_.empty());
+  check("left.txt", stereo_.empty());
 }
 
 // What was done about a file; of one cause, the files are in one warning.

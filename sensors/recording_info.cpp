@@ -177,6 +177,7 @@ RecordingInfo inspect(Recording& recording) {
   info.skipped = recording.skipped();
   info.first_skipped = recording.first_skipped();
   info.remarks = recording.remarks();
+  info.warnings = recording.warnings();
   return info;
 }
 
@@ -232,6 +233,7 @@ std::string to_text(const RecordingInfo& info) {
     text += "\n";
   }
   if (info.skipped.empty()) text += "skipped   nothing\n";
+  for (const Warning& warning : info.warnings) text += "warning   " + warning.text + "\n";
   for (const std::string& remark : partial_streams(info)) text += "remark    " + remark + "\n";
   for (const std::string& remark : info.remarks) text += "remark    " + remark + "\n";
   if (const std::string none = unchecked(info); !none.empty()) text += "remark    " + none + "\n";

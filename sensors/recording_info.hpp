@@ -41,6 +41,7 @@ struct RecordingInfo {
   std::map<std::string, std::int64_t> skipped;
   std::map<std::string, std::string> first_skipped;
   std::vector<std::string> remarks;
+  std::vector<Warning> warnings;
 };
 
 /// Reads the whole recording once. Stereo pairs are counted, not matched.

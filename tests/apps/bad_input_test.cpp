@@ -153,5 +153,12 @@ TEST(BadInput, AFullDiskIsSaidAndLeavesWhatWasThere) {
   }
 }
 
+// What a verb prints is its result: /dev/full takes none of it.
+TEST(BadInput, PrintingToAFullDiskIsAnError) {
+  const Path log = scratch() / "full_out.log";
+  EXPECT_EQ(run({"config"}, log, "/dev/full"), 2);
+  EXPECT_THAT(text_of(log), HasSubstr("standard output: found that it cannot be written"));
+}
+
 }  // namespace
 }  // namespace lamina

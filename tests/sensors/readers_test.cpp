@@ -258,6 +258,18 @@ TEST(Dataset, InfoTellsWhenEachStreamBeginsAndEnds) {
   EXPECT_NE(to_text(info).find("remark    odometry ends 12.0 s before"), std::string::npos);
 }
 
+// A file that is there states that its sensor was aboard.
+TEST(Dataset, AFileWithoutALineIsSaidByInfoToo) {
+  const TemporaryFolder folder;
+  folder.write("calibration.yaml", "lidar: {range_sigma: 0.01}\n");
+  folder.write("scans.csv", "1,0,0.1,0,5,1,2\n2,0,0.1,0,5,1,3\n");
+  folder.write("odometry.txt", "# timestamp tx ty tz qx qy qz qw\n");
+  const auto recording = open_recording(folder.path().string());
+  const std::string text = to_text(inspect(*recording));
+  EXPECT_NE(text.find("warning   odometry.txt holds no usable line"), std::string::npos) << text;
+  EXPECT_EQ(text.find("scans.csv holds"), std::string::npos) << text;
+}
+
 TEST(Rectify, UndoesDistortion) {
   CameraModel camera;
   camera.width = 64;
