@@ -1,5 +1,6 @@
 // Pieces of way as rows of a small least-squares problem.
 #include <lamina/apps/camera_against_wheels.hpp>
+#include <lamina/models/median.hpp>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
@@ -119,9 +120,7 @@ WheelErrors CameraAgainstWheels::fit(const WheelPrior& prior) const {
     for (const Fact& fact : facts_) {
       squares.push_back(std::pow(fact.value - fact.row.dot(result.value), 2));
     }
-    const auto middle = squares.begin() + static_cast<std::ptrdiff_t>(squares.size() / 2);
-    std::nth_element(squares.begin(), middle, squares.end());
-    noise = std::max(kLeastNoise, *middle / kMedianSquare);
+    noise = std::max(kLeastNoise, median(squares) / kMedianSquare);
   }
   const Vector shared = WheelErrors::of(0, 0, 0, kSharedTurn, kSharedPlace, kSharedPlace);
   result.covariance.diagonal() += shared.cwiseAbs2();

@@ -10,17 +10,12 @@
 #include <lamina/apps/depth_images.hpp>
 #include <lamina/frontend/floor/distortion_estimator.hpp>
 #include <lamina/frontend/floor/floor_frontend.hpp>
+#include <lamina/models/median.hpp>
 
 namespace lamina::apps {
 namespace {
 
 constexpr double kDegree = M_PI / 180;
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // The floors of a camera whose calibration is contradicted by all of them.
 class OtherMounting {

@@ -6,6 +6,7 @@
 
 #include <lamina/apps/evaluation.hpp>
 #include <lamina/io/atomic_file.hpp>
+#include <lamina/models/median.hpp>
 
 namespace lamina::apps {
 namespace {
@@ -118,14 +119,12 @@ std::string sigmas_text(const PlaneErrors& p) {
   if (p.matches.empty()) return "";
   std::vector<double> squared;
   for (const PlaneMatch& m : p.matches) squared.push_back(m.normalized_squared);
-  const auto middle = squared.begin() + static_cast<std::ptrdiff_t>(squared.size() / 2);
-  std::nth_element(squared.begin(), middle, squared.end());
   const auto beyond = std::count_if(squared.begin(), squared.end(),
                                     [](double value) { return value > kOneInAThousand; });
   return fmt::format(
       "plane sigmas               squared error over covariance median {:.2f} (2.37 due), above "
       "{} (0.1 % due) {} of {}\n",
-      *middle, kOneInAThousand, beyond, squared.size());
+      median(squared), kOneInAThousand, beyond, squared.size());
 }
 
 std::string planes_text(const PlaneErrors& p) {

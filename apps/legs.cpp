@@ -11,6 +11,7 @@
 
 #include <lamina/apps/hidden_places.hpp>
 #include <lamina/models/checked_cast.hpp>
+#include <lamina/models/median.hpp>
 
 namespace lamina::apps {
 namespace {
@@ -76,9 +77,7 @@ std::vector<Stand> posts_of(const Solid& solid, double resolution, double robot_
       top = std::max(top, s->high);
     }
     if ((high - low).maxCoeff() + resolution > kWidest + resolution / 2) continue;
-    const auto middle = floors.begin() + static_cast<std::ptrdiff_t>(floors.size() / 2);
-    std::nth_element(floors.begin(), middle, floors.end());
-    const double floor = *middle;
+    const double floor = median(floors);
     if (foot > floor + kFoot || top < floor + kTallest || top > floor + robot_height - kUnseen)
       continue;
     sum /= static_cast<double>(thing.size());

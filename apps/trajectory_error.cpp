@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include <lamina/io/decimal_seconds.hpp>
+#include <lamina/models/median.hpp>
 
 namespace lamina::apps {
 namespace {
@@ -101,9 +102,7 @@ ErrorStatistics error_statistics(std::vector<double> errors) {
   }
   s.mean = sum / s.count;
   s.rmse = std::sqrt(squares / s.count);
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
-  s.median = *middle;
+  s.median = median(errors);
   return s;
 }
 

@@ -9,6 +9,7 @@
 #include <lamina/backend/plane_refit.hpp>
 #include <lamina/backend/track_planes.hpp>
 #include <lamina/backend/turning_start.hpp>
+#include <lamina/models/median.hpp>
 
 namespace lamina {
 namespace {
@@ -154,9 +155,7 @@ double typical_misfit(const RobustWeights& chi2, const Agreement& agreement) {
     }
   }
   if (misfits.empty()) return 0;
-  const auto middle = misfits.begin() + static_cast<std::ptrdiff_t>(misfits.size() / 2);
-  std::nth_element(misfits.begin(), middle, misfits.end());
-  return *middle;
+  return median(misfits);
 }
 
 /// From a kernel `mu` times as wide in chi-squared to the real one, over the factors the graph's

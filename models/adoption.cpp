@@ -1,5 +1,6 @@
 // Sums over blocks.
 #include <lamina/models/adoption.hpp>
+#include <lamina/models/median.hpp>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -81,9 +82,7 @@ JudgedBlocks judge(const std::vector<QuadraticBlock>& blocks, const Eigen::Matri
     gains.push_back(cost(p0) - cost(p));
     left_out.push_back(p);
   }
-  const auto middle = apart.begin() + static_cast<std::ptrdiff_t>(apart.size() / 2);
-  std::nth_element(apart.begin(), middle, apart.end());
-  const double noise = std::max(1.0, *middle);
+  const double noise = std::max(1.0, median(apart));
   for (double& gain : gains) gain /= noise;
   result.covariance = jackknife_covariance(left_out);
   result.adoption = judge(gains, options);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lamina/models/median.hpp>
 #include <lamina/sensors/clock_order.hpp>
 
 namespace lamina {
@@ -71,10 +72,9 @@ double skew(const std::vector<Line>& lines) {
   }
   double low = HUGE_VAL, high = -HUGE_VAL;
   for (auto& [source, of_source] : offsets) {
-    const auto middle = of_source.begin() + static_cast<std::ptrdiff_t>(of_source.size() / 2);
-    std::nth_element(of_source.begin(), middle, of_source.end());
-    low = std::min(low, *middle);
-    high = std::max(high, *middle);
+    const auto middle = median(of_source);
+    low = std::min(low, middle);
+    high = std::max(high, middle);
   }
   return high - low;
 }

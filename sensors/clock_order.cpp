@@ -1,4 +1,5 @@
 // Each stream by itself first, then those without a clock by those that have one.
+#include <lamina/models/median.hpp>
 #include <lamina/sensors/clock_order.hpp>
 
 #include <fmt/format.h>
@@ -123,13 +124,12 @@ void Orderer::bring_together() {
       apart.push_back(result_.stamps[0][i] -
                       time_at(anchors, static_cast<double>(streams_[0].lines[i])));
     }
-    const auto middle = apart.begin() + static_cast<std::ptrdiff_t>(apart.size() / 2);
-    std::nth_element(apart.begin(), middle, apart.end());
-    if (!(std::abs(*middle) > options_.apart)) continue;
-    for (Timestamp& stamp : result_.stamps[s]) stamp = stamp + *middle;
+    const auto middle = median(apart);
+    if (!(std::abs(middle) > options_.apart)) continue;
+    for (Timestamp& stamp : result_.stamps[s]) stamp = stamp + middle;
     say(true, "clocks_apart",
         fmt::format("clocks of {} and {} are {:.6g} s apart: {} moved to where its lines stand",
-                    streams_[0].name, streams_[s].name, std::abs(*middle), streams_[s].name));
+                    streams_[0].name, streams_[s].name, std::abs(middle), streams_[s].name));
   }
 }
 

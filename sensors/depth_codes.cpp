@@ -1,4 +1,5 @@
 // Counting raw depths.
+#include <lamina/models/median.hpp>
 #include <lamina/sensors/depth_codes.hpp>
 
 #include <algorithm>
@@ -105,9 +106,7 @@ bool DepthCodes::stretched() const {
   if (images_.size() < kLeastImages) return false;
   std::vector<std::uint16_t> largest, medians;
   for (const Image& image : images_) largest.push_back(image.largest);
-  const auto middle = largest.begin() + static_cast<std::ptrdiff_t>(largest.size() / 2);
-  std::nth_element(largest.begin(), middle, largest.end());
-  const double usual = *middle;
+  const double usual = lamina::median(largest);
   for (const Image& image : images_) {
     if (std::abs(image.largest - usual) <= kAlike * usual && image.at_largest < kFew) {
       medians.push_back(image.median);

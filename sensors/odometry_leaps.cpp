@@ -1,4 +1,5 @@
 // One step after the other against those before.
+#include <lamina/models/median.hpp>
 #include <lamina/sensors/odometry_leaps.hpp>
 
 #include <algorithm>
@@ -24,9 +25,7 @@ bool OdometryLeaps::leapt(const SE3& moved, double dt, bool to_origin) const {
     turn = std::max(turn, step.turn);
     intervals.push_back(step.dt);
   }
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  const double time = std::max(dt, *middle);  // stamps may bunch
+  const double time = std::max(dt, median(intervals));  // stamps may bunch
   const double gathering = std::min(time, options_.longest);
   const double speed = velocity_.head<3>().norm() + 0.5 * options_.acceleration * gathering;
   const double rate = velocity_.tail<3>().norm() + 0.5 * options_.spin * gathering;

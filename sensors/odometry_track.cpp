@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include <lamina/models/median.hpp>
 #include <lamina/sensors/stamp_series.hpp>
 #include <lamina/sensors/time_order.hpp>
 
@@ -35,9 +36,7 @@ OdometryTrack::OdometryTrack(std::span<const Odometry> samples) {
   for (std::size_t i = 1; i < track_.size(); ++i)
     intervals.push_back(track_[i].stamp - track_[i - 1].stamp);
   if (intervals.empty()) return;
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  interval_ = *middle;
+  interval_ = median(intervals);
 }
 
 std::vector<Timestamp> OdometryTrack::stamps() const {

@@ -1,4 +1,5 @@
 // Walks a recording and says what it holds.
+#include <lamina/models/median.hpp>
 #include <lamina/sensors/recording_info.hpp>
 
 #include <algorithm>
@@ -64,10 +65,7 @@ StreamInfo summarise(const std::vector<Timestamp>& stamps) {
   const auto longest = std::max_element(periods.begin(), periods.end());
   info.longest_gap_s = *longest;
   info.gap_begin = stamps[static_cast<std::size_t>(longest - periods.begin())];
-  std::vector<double> sorted = periods;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  info.median_period_s = *middle;
+  info.median_period_s = median(periods);
   info.gaps = std::count_if(periods.begin(), periods.end(), [&](double period) {
     return period > kGapFactor * info.median_period_s;
   });

@@ -17,6 +17,8 @@
 #include <deque>
 #include <limits>
 
+#include <lamina/models/median.hpp>
+
 namespace lamina::bag {
 namespace {
 constexpr std::int64_t kLargestImage = 16384;
@@ -44,9 +46,7 @@ float unit_of(std::vector<float> values) {
                               [](float v) { return !(v > 0) || !std::isfinite(v); }),
                values.end());
   if (values.size() < kEnough) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle > kFar ? 0.001f : 1.0f;
+  return median(values) > kFar ? 0.001f : 1.0f;
 }
 
 bool is_depth_encoding(const std::string& encoding) {

@@ -1,4 +1,5 @@
 // Repeats first, then times, then the code for no return.
+#include <lamina/models/median.hpp>
 #include <lamina/sensors/scan_stream.hpp>
 
 #include <fmt/format.h>
@@ -27,9 +28,7 @@ bool came_late(const std::vector<std::optional<Timestamp>>& stamps) {
   if (sorted.size() < 3) return false;
   std::vector<double> gaps;
   for (std::size_t i = 1; i < sorted.size(); ++i) gaps.push_back(sorted[i] - sorted[i - 1]);
-  std::vector<double> ordered = gaps;
-  std::nth_element(ordered.begin(), ordered.begin() + ordered.size() / 2, ordered.end());
-  const double usual = ordered[ordered.size() / 2];
+  const double usual = median(gaps);
   std::size_t late = 0, fit = 0;
   Timestamp newest = *stamps.front();
   for (const auto& stamp : stamps) {
@@ -116,9 +115,8 @@ void ScanStream::check_sweep() {
     last = stamp;
   }
   if (intervals.empty()) return;
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  longest_sweep_ = kLonger * *middle;
+  const auto middle = median(intervals);
+  longest_sweep_ = kLonger * middle;
   const auto longer = [this](double sweep) { return sweep > longest_sweep_; };
   const auto count = std::count_if(sweeps_.begin(), sweeps_.end(), longer);
   if (static_cast<double>(count) <= kWorthSaying * static_cast<double>(sweeps_.size())) return;
@@ -128,7 +126,7 @@ void ScanStream::check_sweep() {
            "time_increment: {} of {} scans are stated to take longer than the {:.3f} s from "
            "one to the next, the first {:.3f} s: it was not used, and they are taken at one "
            "instant unless their duration is found",
-           count, sweeps_.size(), *middle, *std::find_if(sweeps_.begin(), sweeps_.end(), longer))});
+           count, sweeps_.size(), middle, *std::find_if(sweeps_.begin(), sweeps_.end(), longer))});
 }
 
 namespace {

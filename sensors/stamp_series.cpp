@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <lamina/models/median.hpp>
 #include <lamina/sensors/time_order.hpp>
 
 namespace lamina {
@@ -11,13 +12,6 @@ namespace {
 
 constexpr std::size_t kLevel = 10;    // records to either side of a place that may be a clock step
 constexpr std::size_t kDistinct = 4;  // different stamps at least, or they say nothing
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Records without a stamp are given the one before: an equal one, which is laid right later.
 std::vector<double> seconds_from(Timestamp origin,

@@ -1,5 +1,6 @@
 // Counting, and the middle of the counts.
 #include <lamina/frontend/floor/noise_watch.hpp>
+#include <lamina/models/median.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -30,10 +31,8 @@ double raised_by_rounding(const DepthFrame& frame) {
     if (frame.raw[i] > 0) depths.push_back(frame.raw[i]);
   }
   if (depths.empty()) return 1;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
   const double unit = 1 / frame.camera.depth_scale;
-  const double sigma = frame.camera.noise.sigma_depth(*middle * unit);
+  const double sigma = frame.camera.noise.sigma_depth(lamina::median(depths) * unit);
   return sigma > 0 ? std::hypot(1, unit / (std::sqrt(12) * sigma)) : 1;
 }
 

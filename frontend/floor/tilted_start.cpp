@@ -1,5 +1,6 @@
 // The start against what most places further on agree on.
 #include <lamina/frontend/floor/tilted_start.hpp>
+#include <lamina/models/median.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -23,9 +24,7 @@ Leveling median(const std::vector<Leveling>& all) {
   const auto of = [&all](double Leveling::*member) {
     std::vector<double> values;
     for (const Leveling& one : all) values.push_back(one.*member);
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
+    return lamina::median(values);
   };
   return {of(&Leveling::roll), of(&Leveling::pitch), of(&Leveling::height)};
 }

@@ -1,5 +1,6 @@
 // A grid over the offset, then weighted least squares with the covariance of clustered residuals.
 #include <lamina/frontend/odometry/clock_offset.hpp>
+#include <lamina/models/median.hpp>
 
 #include <Eigen/Core>
 #include <Eigen/LU>
@@ -65,12 +66,6 @@ class Instrument {
   std::map<int, Eigen::Vector2d> pulls_;
   std::size_t count_ = 0;
 };
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // A piece's residual, in its sigmas, and the derivatives of what is expected by d and s.
 struct Row {

@@ -6,6 +6,7 @@
 
 #include <lamina/frontend/odometry/likelihood_grid.hpp>
 #include <lamina/frontend/odometry/line_matcher.hpp>
+#include <lamina/models/median.hpp>
 
 namespace lamina {
 namespace {
@@ -13,12 +14,6 @@ namespace {
 constexpr double kThin = 0.03, kCell = 0.05;  // m: points of a match, cells of a search
 constexpr int kLevels = 5;
 constexpr double kFit = 0.05;  // m: further off is no fit, however far
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::vector<OrientedPoint> points_of(LaserScan scan, const ScanCorrection& correction) {
   constexpr double kMostRange = 20;  // m: what is further off is sparse, and makes searches slow

@@ -7,6 +7,7 @@
 
 #include <lamina/frontend/odometry/line_matcher.hpp>
 #include <lamina/frontend/odometry/sweep.hpp>
+#include <lamina/models/median.hpp>
 
 namespace lamina {
 namespace {
@@ -27,13 +28,6 @@ std::vector<OrientedPoint> points_of(const LaserScan& scan, double sweep,
                                      const Vector6d& velocity) {
   const double beams = static_cast<double>(std::max<std::size_t>(scan.size(), 2) - 1);
   return thinned(oriented_points(straightened(scan, sweep / beams, velocity)), 0.05);
-}
-
-// A beam is back where it began before the next scan; of stamps that jitter the middle says so.
-double usual(std::vector<double> intervals) {
-  const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return *middle;
 }
 
 // How a point in the body's plane moves with the sweep (m/s): its beam came that share of the sweep
@@ -200,7 +194,7 @@ Adoption SweepFinder::judge(double sweep, const std::vector<double>& left_out) c
     for (const double off : misfits(lay(pair, sweep))) all.push_back(off);
   }
   if (all.empty()) return {};
-  const double noise = std::max(1e-3, usual(std::move(all)) / kMedian);
+  const double noise = std::max(1e-3, median(std::move(all)) / kMedian);
   const auto squares = [noise](const Pair& pair, double at) {
     double sum = 0;
     for (const double off : misfits(lay(pair, at)))
@@ -225,7 +219,8 @@ Adoption SweepFinder::judge(double sweep, const std::vector<double>& left_out) c
 // Gauss-Newton; the sigma by leaving out one block after the other.
 std::optional<SweepFinder::Found> SweepFinder::found() const {
   if (pairs_.size() < kLeastPairs || intervals_.empty()) return std::nullopt;
-  const double longest = std::min(usual(intervals_), kLongest);
+  // A beam is back where it began before the next scan; of stamps that jitter the middle says so.
+  const double longest = std::min(median(intervals_), kLongest);
   Found result{coarse(longest), 0, {}};
   std::vector<double> left_out;
   for (int round = 0; round < kRounds; ++round) {

@@ -1,5 +1,6 @@
 // The table of claims, each scored by the same pieces.
 #include <lamina/frontend/odometry/turn_claims.hpp>
+#include <lamina/models/median.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -74,9 +75,7 @@ std::vector<double> TurnClaims::costs(const std::vector<Piece>& pieces, const Tu
   }
   double scale = 1;
   if (ratios.size() >= options_.least_pairs) {
-    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-    std::nth_element(ratios.begin(), middle, ratios.end());
-    scale = *middle;
+    scale = median(ratios);
   }
   std::vector<double> result;
   for (std::size_t i = 0; i < pieces.size(); ++i) {

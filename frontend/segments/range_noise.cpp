@@ -1,6 +1,7 @@
 // The median roughness of many scans, or of the last few where those are calmer, against the
 // stated.
 #include <lamina/frontend/segments/range_noise.hpp>
+#include <lamina/models/median.hpp>
 
 #include <algorithm>
 
@@ -19,11 +20,6 @@ constexpr double kMost = 10, kMostSigma = 0.05;
 // its scans show, and no better than usual.
 constexpr double kLess = 3;
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 }  // namespace
 
 double RangeNoise::hear(const LaserScan& scan) {

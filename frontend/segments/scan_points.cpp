@@ -1,5 +1,6 @@
 // Returns of a scan: breaks between surfaces, roughness, prefix sums.
 #include <lamina/frontend/segments/scan_points.hpp>
+#include <lamina/models/median.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -125,9 +126,7 @@ void ScanPoints::estimate_noise(double increment, const SegmentOptions& options)
     roughness_.push_back(t * t / variance);
   }
   if (roughness_.size() < 30) return;
-  const auto middle = roughness_.begin() + static_cast<std::ptrdiff_t>(roughness_.size() / 2);
-  std::nth_element(roughness_.begin(), middle, roughness_.end());
-  const double scale = std::sqrt(*middle) / kNormalMedian;
+  const double scale = std::sqrt(median(roughness_)) / kNormalMedian;
   measured_roughness_ = scale;
   if (scale < kRoughnessDeadZone) return;
   noise_scale_ = std::min(scale, options.max_noise_scale);
