@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include <lamina/apps/image_turns.hpp>
+#include <lamina/frontend/odometry/depth_odometry.hpp>
 #include <lamina/frontend/odometry/turn_claims.hpp>
 
 namespace lamina::apps {
@@ -34,19 +35,64 @@ Warning off(const TurnClaims::Found& found, std::size_t pieces, bool correct) {
                       correct ? "corrected" : "clocks.find is off: left as they are")};
 }
 
+// Images that were matched where turns begin and end, and those among them that fit nowhere.
+struct Matched {
+  std::size_t all = 0, unexplained = 0;
+  bool nowhere = false;  // without wheels neither
+  void add(const ImageTurn& turn) {
+    all += turn.matched;
+    unexplained += turn.matched && !turn.explained;
+  }
+  bool distorted() const {
+    return all >= ScannerCheckOptions().least_pairs && 2 * unexplained > all;
+  }
+};
+
+Warning distorted(const Matched& matched) {
+  return {"depth_distorted",
+          fmt::format("depth images do not fit each other wherever they are laid ({} of {} where "
+                      "turns begin and end): depth that bends (a lens, a calibration) or that is "
+                      "noisier than stated. Their motion is not used, the wheels' is; walls and "
+                      "floors are as bent as the images",
+                      matched.unexplained, matched.all)};
+}
+
+// Laid without wheels, which may be what is wrong, while these move.
+bool distorted_alone(Recording& recording, const WheelTrack& wheels,
+                     const std::function<bool()>& ended) {
+  DepthOdometry odometry;
+  Matched matched;
+  std::optional<Timestamp> last;
+  while (!ended() && matched.all < kAsked) {
+    const auto frame = next_image(recording, 0);
+    if (!frame) break;
+    const auto moved = last ? wheels.between(*last, frame->stamp) : std::nullopt;
+    const DepthMotion motion = odometry.process(*frame);
+    const bool moves = moved && moved->T_from_to.log().norm() > ScannerCheckOptions().sigma_turn;
+    matched.add({frame->stamp, frame->stamp, 0, 0, false, moves, motion.explained});
+    last = frame->stamp;
+  }
+  return matched.distorted();
+}
+
 // At most some hundred images.
 std::optional<TurnClaims::Found> look(const std::function<std::unique_ptr<Recording>()>& open,
-                                      const std::function<bool()>& ended, TurnClaims& claims) {
+                                      const std::function<bool()>& ended, TurnClaims& claims,
+                                      Matched& matched) {
   const Wheels wheels = wheels_of(*open(), ended);
   if (!wheels.track.moved()) return std::nullopt;
   std::size_t ask_at = kAsked;
   turns_by_images(*open(), wheels, {}, TurnClaims::kRange, ended, [&](const ImageTurn& turn) {
+    matched.add(turn);
     if (turn.told) claims.add(turn.from, turn.to, turn.yaw, turn.sigma);
+    if (matched.all >= kMost) return false;
     if (claims.pieces() < ask_at) return true;
     ask_at = kMost;
     return claims.pieces() < kMost && claims.contradicted(wheels.turns);
   });
-  return ended() ? std::nullopt : claims.found(wheels.turns);
+  if (ended()) return std::nullopt;
+  matched.nowhere = matched.distorted() && distorted_alone(*open(), wheels.track, ended);
+  return claims.found(wheels.turns);
 }
 
 }  // namespace
@@ -60,7 +106,12 @@ void look_at_camera_clock(const std::function<std::unique_ptr<Recording>()>& ope
   if (!sensors.odometry.planar || !(sensors.depth_camera || sensors.stereo_camera)) return;
   const ClockOffsets stated = clocks;
   TurnClaims claims;
-  const auto found = look([&] { return reclocked(open(), stated); }, ended, claims);
+  Matched matched;
+  const auto found = look([&] { return reclocked(open(), stated); }, ended, claims, matched);
+  if (!found && matched.nowhere) {
+    settings.images_beside_wheels = false;
+    warnings.push_back(distorted(matched));
+  }
   if (!found) return;
   if (found->best.smeared()) {
     settings.images_beside_wheels = false;

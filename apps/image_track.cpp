@@ -16,7 +16,7 @@ ImageMotionTold ImageTrack::add(const DepthFrame& frame, std::optional<Timestamp
   told.doubtful = motion.doubtful;
   if (guess && !told.first) told.left_to_wheels = lamina::left_to_wheels(motion, *guess);
   // Over longer gaps motion is not extrapolated: what an image leaves open, nothing tells then.
-  const bool far = before && frame.stamp - *before > odometry_.options().max_step;
+  const bool far = before && frame.stamp - *before > odometry_.options().rest_time;
   told.lost = !told.known || motion.doubtful || (told.open_direction && far) ||
               motion.heading_guessed > kGuessedHeading;
   last_ = frame.stamp;

@@ -32,7 +32,8 @@ std::int64_t untelling(const Wheels& wheels, Timestamp stamp, double interval, d
   return std::max<std::int64_t>(0, static_cast<std::int64_t>(way / interval) - 2);
 }
 
-// The wheels are where matching begins; what they say of the motion counts for next to nothing.
+}  // namespace
+
 std::optional<MotionGuess> loose(const std::optional<Increment>& moved) {
   constexpr double kMetres = 0.05, kRadians = 0.05;
   if (!moved) return std::nullopt;
@@ -42,7 +43,6 @@ std::optional<MotionGuess> loose(const std::optional<Increment>& moved) {
   return guess;
 }
 
-// Of a stereo pair where these are all there is.
 std::optional<DepthFrame> next_image(Recording& recording, std::int64_t skip) {
   if (recording.calibration().depth_camera) return next_depth_image(recording, skip);
   try {
@@ -54,8 +54,6 @@ std::optional<DepthFrame> next_image(Recording& recording, std::int64_t skip) {
   }
   return std::nullopt;
 }
-
-}  // namespace
 
 void Wheels::add(const Odometry& odometry) {
   if (turns.empty()) first = odometry.stamp;
@@ -109,7 +107,9 @@ void turns_by_images(Recording& recording, const Wheels& wheels, const DepthDist
                    std::sqrt(information.inverse()(5, 5))};
     const bool measured = motion.status == ScanMotion::Status::kTracked ||
                           motion.status == ScanMotion::Status::kDegenerate;
-    turn.told = follows && measured && !motion.doubtful;
+    turn.matched = follows && measured;
+    turn.explained = motion.explained;
+    turn.told = turn.matched && turn.explained && !motion.doubtful;
     last = stamp;
     if (!visit(turn)) return;
   }

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <optional>
 
 #include <lamina/apps/wheel_track.hpp>
 #include <lamina/frontend/floor/depth_distortion.hpp>
+#include <lamina/frontend/odometry/scan_odometry.hpp>
 #include <lamina/frontend/odometry/turn_track.hpp>
 #include <lamina/sensors/recording.hpp>
 
@@ -29,11 +32,20 @@ struct Wheels {
 /// recording cannot be read on, which the run itself comes to and says.
 Wheels wheels_of(Recording& recording, const std::function<bool()>& ended);
 
+/// The next image but `skip`, of a stereo pair where these are all there is; nullopt at the end, or
+/// where the recording cannot be read on.
+std::optional<DepthFrame> next_image(Recording& recording, std::int64_t skip);
+
+/// Where matching begins, and counts for next to nothing: within 5 cm and 0.05 rad.
+std::optional<MotionGuess> loose(const std::optional<Increment>& moved);
+
 /// What an image told of the way since the one that was matched before it.
 struct ImageTurn {
   Timestamp from, to;
   double yaw = 0, sigma = 0;  ///< rad, by the image alone
   bool told = false;          ///< it follows the one before, and nothing makes it doubtful
+  bool matched = false;       ///< it follows the one before, and was matched with it,
+  bool explained = false;     ///< to its stated noise (DepthMotion)
 };
 
 /// Depth odometry over images within `around` (s) of which the wheels' turn rate changes; what

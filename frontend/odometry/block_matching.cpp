@@ -160,6 +160,25 @@ double gained_agreement(const DepthBlocks& key, const DepthBlocks& current, cons
   return common > kLeastInView * all ? sum / common : 0;
 }
 
+double agreement_in_view(const DepthBlocks& key, const DepthBlocks& current,
+                         const SE3& T_key_current, int stride, const BlockGate& gate) {
+  const Eigen::Matrix3f R = T_key_current.so3().matrix().cast<float>();
+  const Eigen::Vector3f t = T_key_current.translation().cast<float>();
+  double sum = 0;
+  int in_view = 0;
+  for (int v = 0; v < current.height; v += stride) {
+    for (int u = 0; u < current.width; u += stride) {
+      const DepthBlock& c = current.at(u, v);
+      if (!c.oriented()) continue;
+      const auto one = agreement(key, c, R, t, gate, true);
+      if (!one) continue;
+      sum += static_cast<double>(*one);
+      ++in_view;
+    }
+  }
+  return in_view > 0 ? sum / in_view : 0;
+}
+
 std::vector<Vector6d> without_weak_directions(Matrix6d& H, Vector6d& b, const Matrix6d& doubtful,
                                               double lever, double limit) {
   const Vector6d unit = angles_to_metres(lever);

@@ -55,6 +55,11 @@ double gained_agreement(const DepthBlocks& key, const DepthBlocks& current, cons
                         const SE3& to, int stride, const BlockGate& gate,
                         bool empty_fits_not = false);
 
+/// Mean robust weight of the blocks at a pose, of those that meet a block of `key`, with a
+/// normal or not (`empty_fits_not`); 0 where none does.
+double agreement_in_view(const DepthBlocks& key, const DepthBlocks& current,
+                         const SE3& T_key_current, int stride, const BlockGate& gate);
+
 /// Keeps what surfaces hold: H and b without directions in which H - `doubtful` is below `limit`
 /// (1/m^2), angles brought to metres by `lever`. Returns those that are missing, as tangents.
 std::vector<Vector6d> without_weak_directions(Matrix6d& H, Vector6d& b, const Matrix6d& doubtful,

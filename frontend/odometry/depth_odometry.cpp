@@ -99,7 +99,7 @@ double DepthOdometry::fit(const DepthBlocks& current, const SE3& T_world_camera)
 // a wall and looks at it goes on, what sways comes back. Roll and pitch come to rest, or where
 // surfaces leave them open a body that sways is turned over.
 SE3 DepthOdometry::going_on(double dt, const SE3& T_body_camera) const {
-  if (dt > options_.max_step) return {};
+  if (dt > options_.rest_time) return {};
   Vector6d of_body = T_body_camera.adjoint() * velocity_;
   const double rest = std::exp(-dt / options_.rest_time);
   for (const int k : {1, 2})
@@ -211,6 +211,7 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   }
   Expectation expected = at_first;
   Alignment a = locate(current, T_body_camera, expected);
+  motion.explained = explains(current, a.T_world_camera);
   motion.moving = drop_what_moved(current, a.T_world_camera);
   // With what is left, other starts and places along open directions are not believed again: a
   // person who walked by made a map 0.17 m off of it, and nothing said so.

@@ -34,6 +34,15 @@ double DepthOdometry::gain(const DepthBlocks& current, const SE3& from, const SE
       {0, 4, 0, static_cast<float>(options_.min_normal_cosine), surface_variance()}, true);
 }
 
+bool DepthOdometry::explains(const DepthBlocks& current, const SE3& T_world_camera) const {
+  if (keys_.empty()) return false;
+  const KeyFrame& key = keys_.back();
+  return agreement_in_view(key.blocks, current, key.T_world_camera.inverse() * T_world_camera,
+                           options_.coarse_stride,
+                           {0, 4, 0, static_cast<float>(options_.min_normal_cosine),
+                            surface_variance()}) > options_.explained;
+}
+
 std::optional<SE3> DepthOdometry::search(const DepthBlocks& current, const Expectation& e,
                                          const SE3& T_body_camera, const std::vector<SE3>& starts,
                                          const Alignment& a) const {
@@ -150,6 +159,7 @@ bool DepthOdometry::overrule(const DepthBlocks& current, Expectation& e, Alignme
     const AcrossFloor way((other.T_world_camera.inverse() * by_wheels).log(), e.covariance,
                           other.information, e.T_body_camera);
     if (!(way.sigmas_squared > options_.told_chi_squared)) continue;
+    if (!explains(current, other.T_world_camera)) continue;
     // Wheels say nothing of a body that tilts.
     const double gained =
         gain(current, other.T_world_camera * SE3::exp(way.d), other.T_world_camera);

@@ -1,6 +1,7 @@
 // A depth camera among planes, drawn ray by ray.
 #pragma once
 
+#include <cmath>
 #include <random>
 #include <utility>
 #include <vector>
@@ -23,6 +24,7 @@ inline Planes corridor() { return {{{0, 0, 1}, 0}, {{0, 1, 0}, -1}, {{0, -1, 0},
 struct Camera {
   double sigma_scale = 0.3;  ///< a coarse camera averages what a fine one would see
   double bend = 0;           ///< px of disparity at the sides of the image, as the square of u
+  double waves = 0;          ///< px of disparity, three waves across the image
   std::mt19937 rng{11};
 
   DepthFrame see(const Planes& planes, const SE3& T_world_body, double t) {
@@ -50,8 +52,9 @@ struct Camera {
           if (d > 0.1 && d < z) z = d;
         }
         z += f.camera.noise.sigma_depth(z) * noise(rng);
-        const double x = u / c.cx - 1;
-        z = f.camera.noise.disparity(1) / (f.camera.noise.disparity(z) + bend * x * x);
+        const double x = u / c.cx - 1, y = v / c.cy - 1;
+        const double off = bend * x * x + waves * std::sin(3 * M_PI * x) * std::cos(2 * M_PI * y);
+        z = f.camera.noise.disparity(1) / (f.camera.noise.disparity(z) + off);
         if (z < 9)
           f.raw[static_cast<std::size_t>(v * c.width + u)] =
               static_cast<std::uint16_t>(z * 5000 + 0.5);
