@@ -16,6 +16,7 @@
 #include <lamina/apps/live.hpp>
 #include <lamina/apps/map_output.hpp>
 #include <lamina/apps/map_steps.hpp>
+#include <lamina/apps/odometry_units.hpp>
 #include <lamina/apps/preset.hpp>
 #include <lamina/apps/run_warnings.hpp>
 #include <lamina/apps/scanner_calibration.hpp>
@@ -101,10 +102,7 @@ class Input {
   bool live() const { return live_; }
   bool offline() const { return !request_.online && !live_; }
 
-  std::unique_ptr<Recording> open() const {
-    return std::make_unique<CorrectedRecording>(
-        corrected(open_recording(request_.input, options_), cameras.fixes), scanner, max_tilt_);
-  }
+  std::unique_ptr<Recording> open() const { return open_in(units_); }
 
   // What was found so far.
   void note(io::Metrics& metrics) const {
@@ -120,10 +118,19 @@ class Input {
   CameraFindings cameras;
 
  private:
+  std::unique_ptr<Recording> open_in(const OdometryUnits& units) const {
+    return std::make_unique<CorrectedRecording>(
+        corrected(open_recording(request_.input, options_), cameras.fixes), scanner, max_tilt_,
+        units);
+  }
+
   void check(const std::function<bool()>& ended) {
     cameras = check_cameras(*recording, settings.floor, ended);
     settings.floor.self_calibrate = settings.floor.self_calibrate && !cameras.floor_uneven;
     recording.reset();
+    if (sensors.odometry.planar && !cameras.fixes.drop_depth)
+      units_ = look_at_odometry_units([this](const OdometryUnits& units) { return open_in(units); },
+                                      settings, cameras.warnings, ended);
     look_at_camera_clock([this] { return open(); }, sensors, clocks, settings, cameras.warnings,
                          ended);
     recording = open();
@@ -134,6 +141,7 @@ class Input {
   bool live_;
   RecordingOptions options_;
   double max_tilt_ = Settings().scan_odometry.max_tilt;
+  OdometryUnits units_;
 };
 
 // What needs no look ahead is found on the way.

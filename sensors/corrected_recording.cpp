@@ -8,8 +8,12 @@
 namespace lamina {
 
 CorrectedRecording::CorrectedRecording(std::unique_ptr<Recording> source,
-                                       const ScanCorrection& correction, double max_tilt)
-    : ForwardingRecording(std::move(source)), correction_(correction), max_tilt_(max_tilt) {}
+                                       const ScanCorrection& correction, double max_tilt,
+                                       const OdometryUnits& units)
+    : ForwardingRecording(std::move(source)),
+      correction_(correction),
+      max_tilt_(max_tilt),
+      in_metres_(units) {}
 
 bool CorrectedRecording::concerns(const SE3& T_body_lidar) const {
   const Eigen::Vector3d z_body = T_body_lidar.so3() * Eigen::Vector3d::UnitZ();
@@ -18,7 +22,8 @@ bool CorrectedRecording::concerns(const SE3& T_body_lidar) const {
 
 std::optional<Measurement> CorrectedRecording::corrected(std::optional<Measurement> measurement) {
   if (!measurement) return measurement;
-  if (auto* odometry = std::get_if<Odometry>(&*measurement)) *odometry = leaps_.add(*odometry);
+  if (auto* odometry = std::get_if<Odometry>(&*measurement))
+    *odometry = leaps_.add(in_metres_.of(*odometry));
   auto* scan = std::get_if<LaserScan>(&*measurement);
   if (scan && concerns(scan->lidar.T_body_lidar)) correction_.apply(*scan);
   return measurement;
