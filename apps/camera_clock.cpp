@@ -43,8 +43,9 @@ struct Matched {
     all += turn.matched;
     unexplained += turn.matched && !turn.explained;
   }
-  bool distorted() const {
-    return all >= ScannerCheckOptions().least_pairs && 2 * unexplained > all;
+  // Of sound images a tenth fits nowhere.
+  bool doubtful() const {
+    return all >= ScannerCheckOptions().least_pairs && 4 * unexplained > all;
   }
 };
 
@@ -72,7 +73,7 @@ bool distorted_alone(Recording& recording, const WheelTrack& wheels,
     matched.add({frame->stamp, frame->stamp, 0, 0, false, moves, motion.explained});
     last = frame->stamp;
   }
-  return matched.distorted();
+  return 2 * matched.unexplained > matched.all;
 }
 
 // At most some hundred images.
@@ -91,7 +92,7 @@ std::optional<TurnClaims::Found> look(const std::function<std::unique_ptr<Record
     return claims.pieces() < kMost && claims.contradicted(wheels.turns);
   });
   if (ended()) return std::nullopt;
-  matched.nowhere = matched.distorted() && distorted_alone(*open(), wheels.track, ended);
+  matched.nowhere = matched.doubtful() && distorted_alone(*open(), wheels.track, ended);
   return claims.found(wheels.turns);
 }
 
