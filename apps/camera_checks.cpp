@@ -9,125 +9,15 @@
 #include <cstdlib>
 #include <utility>
 
+#include <lamina/apps/camera_look.hpp>
+#include <lamina/apps/robot_pixels.hpp>
 #include <lamina/apps/stereo_check.hpp>
-#include <lamina/frontend/floor/floor_frontend.hpp>
 #include <lamina/models/error.hpp>
-#include <lamina/sensors/depth_codes.hpp>
 
 namespace lamina::apps {
 namespace {
 
 constexpr std::int64_t kMostImages = 600;
-constexpr std::size_t kMostViews = 40, kFewViews = 12;
-constexpr double kTurned = 1.5;    // rad: without turns, mirror images pass for others
-constexpr int kWithoutMotion = 5;  // images apart, where no wheels tell of motion
-
-// Since the last view that was taken.
-bool moved(const std::optional<SE3>& from, const std::optional<SE3>& to, int images) {
-  constexpr double kWay = 0.1, kTurn = 0.08;  // m, rad
-  if (!from || !to) return images >= kWithoutMotion;
-  const SE3 T = from->inverse() * *to;
-  return T.translation().norm() > kWay || T.so3().log().norm() > kTurn ||
-         images >= 5 * kWithoutMotion;
-}
-
-// Depth cameras measure at metres: where these do not, by the usual factor that makes it so.
-double usual_depth(double median_m) {
-  constexpr double kLeast = 0.35, kMost = 7, kUsual = 2;  // m
-  if (!(median_m > 0) || (median_m >= kLeast && median_m <= kMost)) return 1;
-  double best = 1;
-  for (const double factor : {5.0, 0.2, 10.0, 0.1, 1000.0, 0.001}) {
-    if (std::abs(std::log(median_m * factor / kUsual)) <
-        std::abs(std::log(median_m * best / kUsual)))
-      best = factor;
-  }
-  return best;
-}
-
-// The planes of an image whose depths were multiplied by `depth` to find them.
-MountingView view_of(const FloorResult& floor, double pixels, double depth,
-                     const std::optional<SE3>& T_odom_body) {
-  MountingView view;
-  view.T_odom_body = T_odom_body;
-  for (const ExtractedPlane& p : floor.planes) {
-    const auto plane =
-        Plane::from_normal_rho(p.plane_camera.normal(), p.plane_camera.rho() / depth);
-    if (plane) view.planes.push_back({*plane, static_cast<double>(p.pixels) / pixels});
-  }
-  return view;
-}
-
-// The views of one camera.
-class Look {
- public:
-  Look(const FloorOptions& options, bool stereo)
-      : options_(without_calibration(options)), stereo_(stereo) {}
-  /// One more image came: is it a view, the robot moved since the last?
-  bool wants(const std::optional<SE3>& T_odom_body) {
-    ++since_;
-    return !done() && (!any() || moved(views_.back().T_odom_body, T_odom_body, since_));
-  }
-  void add(const DepthFrame& frame, const std::optional<SE3>& T_odom_body) {
-    since_ = 0;
-    codes_.add(frame.raw);
-    wheels_ = wheels_ || T_odom_body;
-    if (any() && T_odom_body && views_.back().T_odom_body) {
-      turned_ += (views_.back().T_odom_body->inverse() * *T_odom_body).so3().log().norm();
-    }
-    views_.push_back({frame, T_odom_body});
-    add_view(views_.back());
-  }
-  bool any() const { return !views_.empty(); }
-  /// Enough was seen.
-  bool done() const {
-    return views_.size() >= kMostViews ||
-           (views_.size() >= kFewViews && (turned_ > kTurned || !wheels_) &&
-            2 * check_->as_stated().floors >= views_.size());
-  }
-  MountingVerdict verdict(const CameraFixes& fixes);
-  const DepthCodes& codes() const { return codes_; }
-  const DepthCamera& camera() const { return views_.front().frame.camera; }
-
- private:
-  struct View {
-    DepthFrame frame;
-    std::optional<SE3> T_odom_body;
-  };
-  static FloorOptions without_calibration(FloorOptions options) {
-    options.self_calibrate = false;
-    return options;
-  }
-  void add_view(const View& view, double depth = 1) {
-    if (!check_) check_.emplace(view.frame.camera.camera.T_body_camera, stereo_);
-    const double pixels = static_cast<double>(view.frame.width()) * view.frame.height();
-    floor_.reset();
-    check_->add(view_of(floor_.process(view.frame), pixels, depth, view.T_odom_body));
-  }
-
-  FloorOptions options_;
-  bool stereo_;
-  std::vector<View> views_;
-  FloorFrontend floor_{options_};
-  std::optional<MountingCheck> check_;
-  DepthCodes codes_;
-  int since_ = 0;
-  bool wheels_ = false;
-  double turned_ = 0;  // rad, over all views
-};
-
-// Once more, where codes stood among the depths or these lie where no camera measures.
-MountingVerdict Look::verdict(const CameraFixes& fixes) {
-  const double factor = stereo_ ? 1 : usual_depth(codes_.median() / camera().depth_scale);
-  if (factor != 1 || fixes.depth_code) {
-    check_.reset();
-    for (View view : views_) {
-      apply(fixes, view.frame);
-      view.frame.camera.depth_scale /= factor;
-      add_view(view, factor);
-    }
-  }
-  return check_->verdict();
-}
 
 // What pairs say, and what is done about it.
 void take_pairs(const StereoFindings& found, CameraFindings& all) {
@@ -165,7 +55,7 @@ void take_pairs(const StereoFindings& found, CameraFindings& all) {
 }
 
 // Codes for no measurement among depths.
-void take_codes(const Look& look, CameraFindings& all) {
+void take_codes(const CameraLook& look, CameraFindings& all) {
   const auto code = look.codes().code();
   if (!code) return;
   all.fixes.depth_code = {code->least, code->most};
@@ -177,8 +67,77 @@ void take_codes(const Look& look, CameraFindings& all) {
                    raw / look.camera().depth_scale, raw, 100 * code->share)});
 }
 
+// Distances along rays for depths.
+void take_rays(CameraLook& look, bool correct, CameraFindings& all) {
+  const MountingCheckOptions options;
+  const MountingVerdict as_is = look.verdict(all.fixes);
+  CameraFixes rays = all.fixes;
+  rays.depth.along_ray = true;
+  const double before = look.flatness();
+  const MountingVerdict by_rays = look.verdict(rays);
+  const bool better = by_rays.stated.cost + options.wins_by < as_is.best.cost &&
+                      by_rays.stated.floors > as_is.best.floors && look.flatness() > before;
+  if (!better) return;
+  if (correct) all.fixes.depth.along_ray = true;
+  all.warnings.push_back(
+      {"depth_along_ray",
+       fmt::format(
+           "depths are distances along each pixel's ray, not along the optical axis: floors "
+           "and walls are flat only so ({} of {} images show the floor where T_body_camera "
+           "says, {} as they are){}",
+           by_rays.stated.floors, by_rays.images, as_is.stated.floors,
+           correct ? "; corrected" : "; the map is of little use")});
+}
+
+// Parts of the robot in its own view.
+void take_robot(CameraLook& look, CameraFindings& all) {
+  const std::vector<bool> robot = look.robot(all.fixes);
+  const auto pixels = std::count(robot.begin(), robot.end(), true);
+  if (pixels == 0) return;
+  all.fixes.robot = robot;
+  all.warnings.push_back(
+      {"robot_in_view",
+       fmt::format("{:.1f} % of the depth image stays the same however the robot turns: a part of "
+                   "the robot, or dirt on the lens; left out of all images",
+                   100 * static_cast<double>(pixels) / static_cast<double>(robot.size()))});
+}
+
+// A constant of all disparities, if any, that pays. What else puts the floor elsewhere misleads
+// walls as well; a tilt may come of an offset.
+std::optional<DepthOffset> offset_of(CameraLook& look, const CameraFixes& fixes,
+                                     double least_gain) {
+  if (!look.any()) return std::nullopt;
+  const MountingVerdict mounting = look.verdict(fixes);
+  if (mounting.wrong && !mounting.best.id.starts_with("camera_tilt")) return std::nullopt;
+  const auto found = look.offset(fixes);
+  if (!found || found->gain < least_gain) return std::nullopt;
+  return found;
+}
+
+// Whether it is corrected. `look_on` has the camera seen from more places, to tell it from others.
+bool take_offset(CameraLook& look, bool correct, bool stereo, const std::function<void()>& look_on,
+                 CameraFindings& all) {
+  const MountingCheckOptions options;
+  if (!offset_of(look, all.fixes, options.clear_by)) return false;
+  look_on();
+  const auto found = offset_of(look, all.fixes, options.wins_by);
+  if (!found || !found->clear) return false;
+  const bool adopted = correct && found->adoption.adopted;
+  const double fb = look.camera().noise.focal_baseline;
+  const double px = found->value * fb;
+  if (adopted) (stereo ? all.fixes.stereo : all.fixes.depth).offset = found->value;
+  all.warnings.push_back(
+      {"depth_offset",
+       fmt::format("walls move as wheels say only if all disparities are {:+.2f} px off ({:+.4f} "
+                   "1/m: {:.2f} m at 3 m){}{}",
+                   px, found->value, 3 - 1 / (1 / 3.0 + found->value),
+                   stereo ? ", as of images shifted against each other" : "",
+                   adopted ? "; corrected" : "; not corrected, walls stand as far off")});
+  return adopted;
+}
+
 // The floor against the mounting.
-void take_mounting(Look& look, bool correct, bool stereo, CameraFindings& all) {
+void take_mounting(CameraLook& look, bool correct, bool stereo, CameraFindings& all) {
   if (!look.any()) return;
   const MountingVerdict verdict = look.verdict(all.fixes);
   Warning warning = mounting_warning(verdict, look.camera().camera, correct);
@@ -189,7 +148,11 @@ void take_mounting(Look& look, bool correct, bool stereo, CameraFindings& all) {
                "each was stretched to its own range, so that no metres can be read from them; "
                "depth images are not used"};
   } else if (verdict.wrong && correct) {
-    (stereo ? all.fixes.stereo : all.fixes.depth) = verdict.best.correction;
+    CameraCorrection& fix = stereo ? all.fixes.stereo : all.fixes.depth;
+    CameraCorrection correction = verdict.best.correction;  // of depths already corrected
+    correction.offset = fix.offset;
+    correction.along_ray = fix.along_ray;
+    fix = correction;
   }
   if (!all.fixes.drop_depth) {
     Warning scatter = floor_scatter_warning(verdict, correct);
@@ -203,16 +166,65 @@ void take_mounting(Look& look, bool correct, bool stereo, CameraFindings& all) {
 }
 
 // Pairs as they are after what was found of them.
-void look_at_pairs(const std::vector<PairView>& pairs, const CameraFixes& fixes, Look& look) {
+void look_at_pairs(const std::vector<PairView>& pairs, const CameraFixes& fixes, CameraLook& look) {
   const std::size_t late = static_cast<std::size_t>(std::abs(fixes.right_late));
   for (std::size_t i = 0; i + late < pairs.size() && !look.done(); ++i) {
     StereoFrame pair = pairs[i].pair;
     const StereoFrame& later = pairs[i + late].pair;
     (fixes.right_late < 0 ? pair.left : pair.right) =
         fixes.right_late < 0 ? later.left : later.right;
-    if (fixes.swap_stereo || (fixes.swap_some && is_swapped(pair)))
-      std::swap(pair.left, pair.right);
+    apply(fixes, pair);
     if (look.wants(pairs[i].T_odom_body)) look.add(depth_from_stereo(pair), pairs[i].T_odom_body);
+  }
+}
+
+// What is read of a recording's beginning.
+class FirstImages {
+ public:
+  FirstImages(Recording& recording, const FloorOptions& options)
+      : depth(options, false), stereo(options, true), recording_(recording), options_(options) {}
+  // Until depth images have shown enough.
+  void read(const std::function<bool()>& ended);
+  // Pairs anew, by what was found of them.
+  void pair(const CameraFixes& fixes, bool on) {
+    stereo = CameraLook(options_, true);
+    if (on) stereo.look_on();
+    look_at_pairs(pairs, fixes, stereo);
+  }
+
+  CameraLook depth, stereo;
+  std::vector<PairView> pairs;
+
+ private:
+  std::optional<SE3> pose_at(Timestamp stamp) const {
+    const bool now = odometry_ && std::abs(odometry_->stamp - stamp) < 0.02;
+    return now ? std::optional(odometry_->T_odom_body) : std::nullopt;
+  }
+
+  Recording& recording_;
+  const FloorOptions& options_;
+  std::optional<Odometry> odometry_;
+  std::int64_t images_ = 0;
+  std::size_t bytes_ = 0;
+};
+
+void FirstImages::read(const std::function<bool()>& ended) {
+  constexpr std::size_t kMostBytes = 64 << 20;
+  while (images_ < kMostImages && bytes_ < kMostBytes && !depth.done() && !ended()) {
+    auto measurement = recording_.next();
+    if (!measurement) break;
+    if (const auto* o = std::get_if<Odometry>(&*measurement)) odometry_ = *o;
+    if (const auto* frame = std::get_if<DepthFrame>(&*measurement)) {
+      ++images_;
+      const auto pose = pose_at(frame->stamp);
+      if (depth.wants(pose)) depth.add(*frame, pose);
+    }
+    if (auto* pair = std::get_if<StereoFrame>(&*measurement)) {
+      ++images_;
+      bytes_ += pair->left.size() + pair->right.size();
+      const auto pose = pose_at(pair->stamp);
+      pairs.push_back({std::move(*pair), pose});
+    }
   }
 }
 
@@ -220,43 +232,28 @@ void look_at_pairs(const std::vector<PairView>& pairs, const CameraFixes& fixes,
 
 CameraFindings check_cameras(Recording& recording, const FloorOptions& options,
                              const std::function<bool()>& ended) {
-  constexpr std::size_t kMostBytes = 64 << 20;
   CameraFindings all;
-  Look depth(options, false), stereo(options, true);
-  std::vector<PairView> pairs;
-  std::optional<Odometry> odometry;
-  const auto pose_at = [&odometry](Timestamp stamp) {
-    const bool now = odometry && std::abs(odometry->stamp - stamp) < 0.02;
-    return now ? std::optional(odometry->T_odom_body) : std::nullopt;
-  };
-  std::int64_t images = 0;
-  std::size_t bytes = 0;
-  while (images < kMostImages && bytes < kMostBytes && !depth.done() && !ended()) {
-    auto measurement = recording.next();
-    if (!measurement) break;
-    if (const auto* o = std::get_if<Odometry>(&*measurement)) odometry = *o;
-    if (const auto* frame = std::get_if<DepthFrame>(&*measurement)) {
-      ++images;
-      const auto pose = pose_at(frame->stamp);
-      if (depth.wants(pose)) depth.add(*frame, pose);
-    }
-    if (auto* pair = std::get_if<StereoFrame>(&*measurement)) {
-      ++images;
-      bytes += pair->left.size() + pair->right.size();
-      const auto pose = pose_at(pair->stamp);
-      pairs.push_back({std::move(*pair), pose});
-    }
-  }
+  FirstImages first(recording, options);
+  first.read(ended);
   if (ended()) return all;
-  const bool planar = recording.calibration().odometry.planar;
-  if (!pairs.empty()) {
-    take_pairs(check_pairs(pairs, options), all);
-    look_at_pairs(pairs, all.fixes, stereo);
-    take_mounting(stereo, planar && options.self_calibrate, true, all);
+  const bool correct = recording.calibration().odometry.planar && options.self_calibrate;
+  if (!first.pairs.empty()) {
+    take_pairs(check_pairs(first.pairs, options), all);
+    first.pair(all.fixes, false);
+    const auto on = [&] { first.pair(all.fixes, true); };
+    if (take_offset(first.stereo, correct, true, on, all)) first.pair(all.fixes, false);
+    take_mounting(first.stereo, correct, true, all);
   }
-  if (depth.any()) {
-    take_codes(depth, all);
-    take_mounting(depth, planar && options.self_calibrate, false, all);
+  if (first.depth.any()) {
+    take_codes(first.depth, all);
+    take_rays(first.depth, correct, all);
+    take_robot(first.depth, all);
+    const auto on = [&] {
+      first.depth.look_on();
+      first.read(ended);
+    };
+    take_offset(first.depth, correct, false, on, all);
+    take_mounting(first.depth, correct, false, all);
   }
   return all;
 }

@@ -18,6 +18,7 @@ std::string cause_text(const MountingHypothesis& h, const CameraModel& stated) {
   if (h.id == "camera_optical_rotation")
     return "the optical rotation (x right, y down, z ahead) is missing: looking straight ahead it "
            "is rotation_xyzw: [-0.5, 0.5, -0.5, 0.5]";
+  if (h.id == "quaternion_order") return "rotation_xyzw of T_body_camera is written w, x, y, z";
   if (h.id == "camera_mirrored") return "images are mirrored left to right";
   if (h.id == "camera_heading")
     return fmt::format("the camera is turned by {:+.0f} deg of heading against T_body_camera",

@@ -2,7 +2,9 @@
 #include <lamina/sensors/camera_corrected_recording.hpp>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
+#include <limits>
 
 namespace lamina {
 
@@ -22,15 +24,72 @@ bool is_swapped(const StereoFrame& pair) {
   return matched_share(other) > std::max(kMore * matched, kLeast);
 }
 
+namespace {
+
+// 1 / true = (1 / measured - offset) sqrt(1 + x^2 + y^2); saturated ones stay.
+void correct_depths(const CameraCorrection& correction, DepthFrame& frame) {
+  constexpr std::uint16_t kSaturated = std::numeric_limits<std::uint16_t>::max();
+  const CameraModel& c = frame.camera.camera;
+  const double offset = correction.offset / frame.camera.depth_scale;  // of raw units
+  std::size_t i = 0;
+  for (int v = 0; v < c.height; ++v) {
+    for (int u = 0; u < c.width; ++u, ++i) {
+      const std::uint16_t raw = frame.raw[i];
+      if (raw == 0 || raw == kSaturated) continue;
+      const double ray =
+          correction.along_ray ? std::hypot(1, (u - c.cx) / c.fx, (v - c.cy) / c.fy) : 1;
+      const double inverse = (1.0 / raw - offset) * ray;
+      frame.raw[i] = inverse * kSaturated > 1 ? static_cast<std::uint16_t>(1 / inverse + 0.5) : 0;
+    }
+  }
+}
+
+// What stands at u stood at u - px.
+void move_rows(std::vector<std::uint8_t>& image, int width, double px) {
+  const std::vector<std::uint8_t> before = image;
+  const double whole = std::floor(px), part = px - whole;
+  const auto rows = before.size() / static_cast<std::size_t>(width);
+  for (std::size_t v = 0; v < rows; ++v) {
+    const std::uint8_t* row = before.data() + v * static_cast<std::size_t>(width);
+    const auto at = [&](int u) { return static_cast<double>(row[std::clamp(u, 0, width - 1)]); };
+    for (int u = 0; u < width; ++u) {
+      const int from = u - static_cast<int>(whole);
+      image[v * static_cast<std::size_t>(width) + static_cast<std::size_t>(u)] =
+          static_cast<std::uint8_t>((1 - part) * at(from) + part * at(from - 1) + 0.5);
+    }
+  }
+}
+
+}  // namespace
+
+void apply_to_depths(const CameraFixes& fixes, DepthFrame& frame) {
+  if (fixes.depth_code) {
+    const auto [least, most] = *fixes.depth_code;
+    for (std::uint16_t& raw : frame.raw) raw = raw >= least && raw <= most ? 0 : raw;
+  }
+  if (fixes.robot.size() == frame.raw.size()) {
+    for (std::size_t i = 0; i < frame.raw.size(); ++i) {
+      if (fixes.robot[i]) frame.raw[i] = 0;
+    }
+  }
+  if (fixes.depth.changes_depths()) correct_depths(fixes.depth, frame);
+}
+
+void apply(const CameraFixes& fixes, StereoFrame& pair) {
+  if (fixes.swap_stereo || (fixes.swap_some && is_swapped(pair))) std::swap(pair.left, pair.right);
+  const CameraModel& stated = pair.camera.camera;
+  if (fixes.stereo.offset != 0)
+    move_rows(pair.right, stated.width, fixes.stereo.offset * stated.fx * pair.camera.baseline);
+  fixes.stereo.apply(pair.camera);
+}
+
 void apply(const CameraFixes& fixes, DepthFrame& frame) {
+  apply_to_depths(fixes, frame);
   fixes.depth.apply(frame.camera);
   for (int v = 0; v < frame.height() && fixes.depth.mirrored; ++v) {
     const auto row = frame.raw.begin() + static_cast<std::ptrdiff_t>(v) * frame.width();
     std::reverse(row, row + frame.width());
   }
-  if (!fixes.depth_code) return;
-  const auto [least, most] = *fixes.depth_code;
-  for (std::uint16_t& raw : frame.raw) raw = raw >= least && raw <= most ? 0 : raw;
 }
 
 CameraCorrectedRecording::CameraCorrectedRecording(std::unique_ptr<Recording> source,
@@ -60,11 +119,7 @@ std::optional<Measurement> CameraCorrectedRecording::next_of_source() {
       }
       apply(fixes_, *depth);
     }
-    if (auto* pair = std::get_if<StereoFrame>(&*measurement)) {
-      fixes_.stereo.apply(pair->camera);
-      if (fixes_.swap_stereo || (fixes_.swap_some && is_swapped(*pair)))
-        std::swap(pair->left, pair->right);
-    }
+    if (auto* pair = std::get_if<StereoFrame>(&*measurement)) apply(fixes_, *pair);
     return measurement;
   }
   return std::nullopt;

@@ -18,12 +18,16 @@ struct CameraFixes {
   CameraCorrection depth, stereo;
   /// Raw depths, from the least to the largest, that are codes for no measurement.
   std::optional<std::pair<std::uint16_t, std::uint16_t>> depth_code;
+  /// Pixels, row-major, that show the robot itself (or dirt): no measurement. Empty: none.
+  std::vector<bool> robot;
   bool swap_stereo = false;  ///< left and right images change places
   bool swap_some = false;    ///< those of pairs that match better so
   int right_late = 0;        ///< pairs by which right images are late; below 0: left ones are
   bool drop_depth = false;   ///< nothing can be made of depth images
+  /// Of depth images, pixels themselves.
+  bool changes_depths() const { return depth_code || !robot.empty() || depth.changes_depths(); }
   bool any() const {
-    return depth.any() || stereo.any() || depth_code || swap_stereo || swap_some ||
+    return depth.any() || stereo.any() || changes_depths() || swap_stereo || swap_some ||
            right_late != 0 || drop_depth;
   }
 };
@@ -35,6 +39,10 @@ bool is_swapped(const StereoFrame& pair);
 
 /// The depth image, corrected.
 void apply(const CameraFixes& fixes, DepthFrame& frame);
+/// Only what stands in its pixels, the camera's model stays as stated.
+void apply_to_depths(const CameraFixes& fixes, DepthFrame& frame);
+/// The pair, corrected: an offset moves the right image by so many pixels.
+void apply(const CameraFixes& fixes, StereoFrame& pair);
 
 /// The source's measurements, corrected, in their order.
 class CameraCorrectedRecording final : public ForwardingRecording {

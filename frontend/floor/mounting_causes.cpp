@@ -80,6 +80,8 @@ void MountingCheck::add_causes(const Plane& floor, std::vector<MountingHypothesi
   turned("camera_upside_down", R * SO3::rot_z(M_PI));
   turned("camera_sideways", R * SO3::rot_z(M_PI / 2));
   turned("camera_sideways", R * SO3::rot_z(-M_PI / 2));
+  const Eigen::Vector4d& xyzw = R.quaternion().coeffs();
+  turned("quaternion_order", SO3(Eigen::Quaterniond(xyzw(0), xyzw(1), xyzw(2), xyzw(3))));
   if (looks_up()) {
     // The optical frame of a camera that looks along the x of the frame that was stated. Ahead as
     // stated, but seldom without its tilt: that is told by the floor.

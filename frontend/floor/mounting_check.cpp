@@ -17,19 +17,6 @@ double tilt_of(const Eigen::Vector3d& normal_body) {
   return std::atan2(normal_body.head<2>().norm(), normal_body.z());
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-// 1-sigma, by the median distance from the median.
-double scatter(std::vector<double> values) {
-  const double middle = median(values);
-  for (double& value : values) value = std::abs(value - middle);
-  return 1.4826 * median(std::move(values));
-}
-
 // By a hand, tilted as it may be.
 MountingHypothesis held_along_x(const SE3& T_body_camera, double price) {
   MountingHypothesis held;
@@ -79,7 +66,9 @@ void MountingCheck::add(MountingView view) {
 // (M^-T n) . X' = rho. M of a depth camera: depth * diag(1 / focal, 1 / focal, 1); of a stereo
 // pair, whose depth goes with the focal length: depth * diag(1, 1, focal).
 Plane MountingCheck::corrected(const Plane& plane, const CameraCorrection& c) const {
-  Eigen::Vector3d n = plane.normal() / c.depth;
+  Eigen::Vector3d n = plane.normal();
+  n.z() -= c.offset * plane.rho();
+  n /= c.depth;
   if (stereo_) n.z() /= c.focal;
   if (!stereo_) n.head<2>() *= c.focal;
   if (c.mirrored) n.x() = -n.x();
@@ -236,30 +225,6 @@ std::optional<MountingHypothesis> MountingCheck::by_motion(const MountingHypothe
   ask("camera_mirrored", 0, true);
   for (const double yaw : {M_PI / 2, -M_PI / 2, M_PI}) ask("camera_heading", yaw, false);
   return best;
-}
-
-void MountingCheck::add_scatter(MountingVerdict& verdict) const {
-  constexpr double kFound = 0.2;  // rad and share: a floor, tilted as bodies are
-  const CameraCorrection& c = verdict.best.correction;
-  const SE3 T = c.T_body_camera.value_or(T_body_camera_);
-  std::vector<double> heights, rolls, pitches;
-  for (const MountingView& view : views_) {
-    const MountingView::Seen* floor = nullptr;
-    for (const MountingView::Seen& seen : view.planes) {
-      const Plane plane = corrected(seen.plane_camera, c);
-      const double off = std::abs(-plane.rho() / T.translation().z() - 1);
-      const bool lies = tilt_of(T.so3() * plane.normal()) < kFound && off < kFound;
-      if (lies && (!floor || seen.share > floor->share)) floor = &seen;
-    }
-    if (!floor) continue;
-    const Leveling l = leveling_of(T, corrected(floor->plane_camera, c));
-    heights.push_back(l.height / T.translation().z());
-    rolls.push_back(l.roll);
-    pitches.push_back(l.pitch);
-  }
-  if (!height_stated_ || heights.size() < options_.least_images) return;
-  verdict.height_scatter = scatter(heights);
-  verdict.tilt_scatter = std::max(scatter(rolls), scatter(pitches));
 }
 
 MountingHypothesis MountingCheck::as_stated() const {

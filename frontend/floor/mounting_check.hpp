@@ -8,6 +8,8 @@
 #include <vector>
 
 #include <lamina/frontend/floor/floor_result.hpp>
+#include <lamina/frontend/floor/leveling.hpp>
+#include <lamina/models/adoption.hpp>
 #include <lamina/models/plane.hpp>
 #include <lamina/sensors/camera_correction.hpp>
 #include <lamina/sensors/measurement.hpp>
@@ -31,6 +33,8 @@ struct MountingCheckOptions {
   std::size_t least_images = 8;   ///< in which the floor must lie as a cause says
   double least_share = 0.25;      ///< of the images: likewise
   double most_tilt = 0.9;         ///< rad: a camera is not tilted further than this by mistake
+  double most_offset = 0.16;      ///< 1/m: 5 px of a stereo pair of 250 px and 0.12 m
+  int steps = 40;                 ///< tried on either side of none
   double least_plane_share = 0.015;  ///< of an image's pixels: smaller planes are no floor or wall
 };
 
@@ -71,6 +75,14 @@ struct FloorsAsStated {
   }
 };
 
+/// A constant of all 1 / depths (of disparities), by walls that come nearer and go.
+struct DepthOffset {
+  double value = 0;    ///< 1/m: measured less true
+  double gain = 0;     ///< of cost, against none
+  Adoption adoption;   ///< by parts of the recording left out
+  bool clear = false;  ///< no wheel scale explains nearly as much, and most walls fit
+};
+
 /// What a look over some tens of images found.
 struct MountingVerdict {
   std::size_t images = 0;  ///< with planes
@@ -101,6 +113,11 @@ class MountingCheck {
   MountingVerdict verdict() const;
   /// The calibration as it is, alone.
   MountingHypothesis as_stated() const;
+  /// Walls move as wheels say, and floors lie as stated, only with this offset; nullopt where too
+  /// few walls are met again from elsewhere.
+  std::optional<DepthOffset> depth_offset() const;
+  /// The mounting, turned so that most floors are level; as it is where none is seen.
+  SE3 levelled(const CameraCorrection& correction) const;
 
  private:
   struct Steady {
@@ -117,6 +134,9 @@ class MountingCheck {
   double motion_cost(const CameraCorrection& correction) const;
   void score(MountingHypothesis& hypothesis) const;
   std::optional<MountingHypothesis> by_motion(const MountingHypothesis& base) const;
+  std::vector<Leveling> floors_of(const CameraCorrection& correction) const;
+  double meets_again(const CameraCorrection& correction, std::size_t from, std::size_t to,
+                     const SE3& T_camera_to_from) const;
   void add_scatter(MountingVerdict& verdict) const;
   bool looks_up() const;
   SE3 mounted(const SO3& R, double height) const;

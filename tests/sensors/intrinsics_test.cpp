@@ -152,6 +152,46 @@ class Pairs final : public Recording {
   int k_ = 0;
 };
 
+TEST(CameraFixes, OffsetsRaysAndTheRobotItselfAreTakenOutOfDepths) {
+  DepthFrame frame;
+  frame.camera.camera.width = 3;
+  frame.camera.camera.height = 1;
+  frame.camera.camera.fx = frame.camera.camera.fy = 1;
+  frame.camera.camera.cx = 1;
+  frame.camera.depth_scale = 1000;
+  frame.raw = {2000, 2000, 65535};
+  CameraFixes fixes;
+  fixes.depth.offset = 0.1;
+  EXPECT_TRUE(fixes.any());
+  DepthFrame corrected = frame;
+  apply(fixes, corrected);
+  EXPECT_EQ(corrected.raw, (std::vector<std::uint16_t>{2500, 2500, 65535}));  // 1 / (0.5 - 0.1)
+  fixes.depth.offset = 0.6;  // further than anything
+  corrected = frame;
+  apply(fixes, corrected);
+  EXPECT_EQ(corrected.raw, (std::vector<std::uint16_t>{0, 0, 65535}));
+  fixes.depth = {};
+  fixes.depth.along_ray = true;
+  fixes.robot = {false, true, false};
+  corrected = frame;
+  apply(fixes, corrected);
+  EXPECT_EQ(corrected.raw, (std::vector<std::uint16_t>{1414, 0, 65535}));
+}
+
+TEST(CameraFixes, AnOffsetOfAPairMovesItsRightImage) {
+  StereoFrame pair;
+  pair.camera.camera.width = 5;
+  pair.camera.camera.height = 1;
+  pair.camera.camera.fx = pair.camera.camera.fy = 100;
+  pair.camera.baseline = 0.1;
+  pair.left = pair.right = {0, 0, 100, 0, 0};
+  CameraFixes fixes;
+  fixes.stereo.offset = 0.15;  // 1.5 px
+  apply(fixes, pair);
+  EXPECT_EQ(pair.right, (std::vector<std::uint8_t>{0, 0, 0, 50, 50}));
+  EXPECT_EQ(pair.left, (std::vector<std::uint8_t>{0, 0, 100, 0, 0}));
+}
+
 TEST(CameraCorrectedRecording, LateRightImagesGoToTheirPairs) {
   for (const int late : {1, -1}) {
     CameraFixes fixes;

@@ -15,6 +15,12 @@ SE3 mounting(double height = 0.8, double pitch_deg = 20) {
   return SE3(SO3::rot_y(pitch_deg * kDegree) * forward_looking_camera().so3(), {0.1, 0, height});
 }
 
+// The plane as a camera has it whose 1 / depth is too large by `offset` (1/m).
+Plane with_offset(const Plane& plane_camera, double offset) {
+  const Eigen::Vector3d n = plane_camera.normal();
+  return Plane(n + Eigen::Vector3d(0, 0, offset * plane_camera.rho()), plane_camera.rho());
+}
+
 // The plane as a camera has it whose calibrated points X are at M X in truth: n . M X = rho.
 Plane as_stated(const Plane& plane_camera, const Eigen::Matrix3d& M) {
   return Plane(M.transpose() * plane_camera.normal(), plane_camera.rho());
@@ -28,19 +34,22 @@ struct Scene {
   double stretch = 0;  // share, of depths, from image to image
   double bump = 0;     // m by which a level platform hides the floor
   bool floor = true;
+  double offset = 0;  // 1/m, of all 1 / depths
+  double way = 1;     // by wheels, over the true one
 };
 
 Eigen::Matrix3d scaled(double x, double y, double z) {
   return Eigen::Vector3d(x, y, z).asDiagonal();
 }
 
-MountingVerdict verdict_of(const Scene& scene, const MountingCheckOptions& options = {}) {
+MountingCheck check_of(const Scene& scene, const MountingCheckOptions& options = {}) {
   MountingCheck check(scene.T_stated, false, options);
   for (int k = 0; k < 30; ++k) {
     MountingView view;
     const SE3 T_odom_body(SO3::rot_z(0.12 * k),
                           {1.2 * std::cos(0.2 * k), 0.9 * std::sin(0.2 * k), 0});
-    if (scene.wheels) view.T_odom_body = T_odom_body;
+    if (scene.wheels)
+      view.T_odom_body = SE3(T_odom_body.so3(), scene.way * T_odom_body.translation());
     const SE3 T_sway(SO3::rot_y(scene.sway * std::sin(1.7 * k)), {0, 0, 0});
     const SE3 T_camera_map = (T_odom_body * T_sway * scene.T_true).inverse();
     const double stretch = 1 + scene.stretch * std::sin(2.3 * k);
@@ -48,11 +57,16 @@ MountingVerdict verdict_of(const Scene& scene, const MountingCheckOptions& optio
                               Plane({0, -1, 0}, -3.5)};
     if (scene.floor) planes.push_back(Plane({0, 0, 1}, scene.bump));
     for (const Plane& plane_map : planes) {
-      view.planes.push_back({as_stated(T_camera_map * plane_map, scene.M * stretch), 0.1});
+      const Plane seen = with_offset(T_camera_map * plane_map, scene.offset);
+      view.planes.push_back({as_stated(seen, scene.M * stretch), 0.1});
     }
     check.add(std::move(view));
   }
-  return check.verdict();
+  return check;
+}
+
+MountingVerdict verdict_of(const Scene& scene, const MountingCheckOptions& options = {}) {
+  return check_of(scene, options).verdict();
 }
 
 void expect_found(const Scene& scene, const char* id, double ratio) {
@@ -115,6 +129,38 @@ TEST(MountingCheck, WheelsTellAWrongUnitFromAWrongHeight) {
   height.T_stated = mounting(1.4);
   expect_found(height, "camera_height", 0.8 / 1.4);
   EXPECT_FALSE(verdict_of(height).rival);
+}
+
+TEST(MountingCheck, AQuaternionWrittenWithItsRealPartFirstIsReadSo) {
+  Scene scene;
+  const Eigen::Vector4d xyzw = mounting().so3().quaternion().coeffs();
+  // w x y z in the places of x y z w
+  const Eigen::Quaterniond misread(xyzw(2), xyzw(3), xyzw(0), xyzw(1));
+  scene.T_stated = SE3(SO3(misread), mounting().translation());
+  expect_found(scene, "quaternion_order", 1);
+  const SE3 T = *verdict_of(scene).best.correction.T_body_camera;
+  EXPECT_LT((T.inverse() * mounting()).log().norm(), 1e-6);
+}
+
+TEST(MountingCheck, AnOffsetOfDisparitiesIsFoundByWallsThatComeNearer) {
+  Scene scene;
+  for (const double offset : {0.033, 0.1, -0.02}) {
+    scene.offset = offset;
+    const auto found = check_of(scene).depth_offset();
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->value, offset, 0.003);
+    EXPECT_TRUE(found->clear && found->adoption.adopted && found->gain > 50) << offset;
+  }
+}
+
+TEST(MountingCheck, NeitherARightCameraNorWheelsThatCountWrongHaveAnOffset) {
+  Scene scene;
+  for (const double way : {1.0, 0.85, 1.2}) {
+    scene.way = way;
+    const auto found = check_of(scene).depth_offset();
+    ASSERT_TRUE(found);
+    EXPECT_FALSE(found->clear && found->gain > 50) << way;
+  }
 }
 
 TEST(MountingCheck, WithoutWheelsBothAreNamed) {

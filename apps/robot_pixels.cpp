@@ -1,0 +1,141 @@
+// Depths of each cell of pixels, by heading.
+#include <lamina/apps/robot_pixels.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+namespace lamina::apps {
+namespace {
+
+struct RobotPixelsOptions {
+  int columns = 160;            ///< of cells over an image: a few pixels each
+  double heading = 0.3;         ///< rad: images of one heading count as one
+  std::size_t headings = 4;     ///< at least: by fewer, walls pass for the robot
+  double steady = 0.85;         ///< share of headings in which a cell has its usual depth
+  double tolerance = 0.02;      ///< of the depth, which is alike so far, beside its noise
+  double least_share = 0.0025;  ///< of the image: smaller ones do no harm
+};
+
+// Cells of side x side pixels; a cell is seen by the pixel in its middle.
+struct Cells {
+  explicit Cells(const DepthFrame& like, int across)
+      : side(std::max(1, like.width() / across)),
+        columns(like.width() / side),
+        rows(like.height() / side) {}
+  int u(int column) const { return column * side + side / 2; }
+  int v(int row) const { return row * side + side / 2; }
+  std::size_t at(int column, int row) const {
+    return static_cast<std::size_t>(row * columns + column);
+  }
+  int side, columns, rows;
+};
+
+using Headings = std::map<long, std::vector<const DepthFrame*>>;
+
+Headings by_heading(const std::vector<PosedImage>& images, double apart) {
+  Headings all;
+  const DepthFrame& like = *images.front().frame;
+  for (const PosedImage& image : images) {
+    if (image.frame->width() != like.width() || image.frame->height() != like.height()) continue;
+    const double yaw = image.T_odom_body.so3().log().z();
+    all[std::lround(yaw / apart)].push_back(image.frame);
+  }
+  return all;
+}
+
+double noise_of(const DepthFrame& like, double z, double share) {
+  constexpr double kSigmas = 3;
+  const double sigma = like.camera.noise.sigma_depth(z) + like.camera.noise.quantisation(z);
+  return std::max(share * z, std::isfinite(sigma) ? kSigmas * sigma : 0.0);
+}
+
+// The depth (m) that a pixel has in nearly all headings; 0: none.
+double steady_depth(const Headings& headings, int u, int v, const RobotPixelsOptions& options) {
+  std::vector<double> all;
+  for (const auto& [heading, frames] : headings) {
+    for (const DepthFrame* frame : frames) {
+      if (frame->raw_at(u, v) > 0) all.push_back(frame->depth_m(u, v));
+    }
+  }
+  if (all.empty()) return 0;
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  const double usual = *middle;
+  const double noise = noise_of(*headings.begin()->second.front(), usual, options.tolerance);
+  double share = 0;
+  for (const auto& [heading, frames] : headings) {
+    const auto alike = std::count_if(frames.begin(), frames.end(), [&](const DepthFrame* frame) {
+      return std::abs(frame->depth_m(u, v) - usual) < noise;
+    });
+    share += static_cast<double>(alike) / static_cast<double>(frames.size());
+  }
+  return share > options.steady * static_cast<double>(headings.size()) ? usual : 0;
+}
+
+// Part of a level surface: pixels above or below it have the depth that one gives them.
+bool is_level(const std::vector<double>& depths, const Cells& cells, int column, int row,
+              const DepthFrame& like, const Eigen::Vector3d& up) {
+  const CameraModel& c = like.camera.camera;
+  const auto height = [&](int at) {  // of a ray, for each metre of depth
+    return up.dot(Eigen::Vector3d((cells.u(column) - c.cx) / c.fx, (cells.v(at) - c.cy) / c.fy, 1));
+  };
+  const double z = depths[cells.at(column, row)];
+  const int away = std::max(1, cells.rows / 20);
+  for (const int other : {row - away, row + away}) {
+    if (other < 0 || other >= cells.rows) continue;
+    const double there = depths[cells.at(column, other)];
+    if (there > 0 && std::abs(there * height(other) - z * height(row)) <
+                         RobotPixelsOptions().tolerance * std::abs(z * height(row)))
+      return true;
+  }
+  return false;
+}
+
+// All pixels of marked cells and of those about them.
+std::vector<bool> pixels_of(const std::vector<bool>& marked, const Cells& cells,
+                            const DepthFrame& like) {
+  std::vector<bool> pixels(like.raw.size());
+  for (int row = 0; row < cells.rows; ++row) {
+    for (int column = 0; column < cells.columns; ++column) {
+      if (!marked[cells.at(column, row)]) continue;
+      const int v_end = std::min(like.height(), (row + 3) * cells.side);
+      const int u_end = std::min(like.width(), (column + 3) * cells.side);
+      for (int v = std::max(0, (row - 2) * cells.side); v < v_end; ++v) {
+        for (int u = std::max(0, (column - 2) * cells.side); u < u_end; ++u)
+          pixels[static_cast<std::size_t>(v * like.width() + u)] = true;
+      }
+    }
+  }
+  return pixels;
+}
+
+}  // namespace
+
+std::vector<bool> robot_pixels(const std::vector<PosedImage>& images, const SE3& T_body_camera) {
+  const RobotPixelsOptions options;
+  if (images.empty()) return {};
+  const Headings headings = by_heading(images, options.heading);
+  if (headings.size() < options.headings) return {};
+  const DepthFrame& like = *images.front().frame;
+  const Cells cells(like, options.columns);
+  std::vector<double> depths;
+  for (int row = 0; row < cells.rows; ++row) {
+    for (int column = 0; column < cells.columns; ++column)
+      depths.push_back(steady_depth(headings, cells.u(column), cells.v(row), options));
+  }
+  const Eigen::Vector3d up = T_body_camera.so3().inverse() * Eigen::Vector3d::UnitZ();
+  std::vector<bool> marked(depths.size());
+  for (int row = 0; row < cells.rows; ++row) {
+    for (int column = 0; column < cells.columns; ++column) {
+      const std::size_t i = cells.at(column, row);
+      marked[i] = depths[i] > 0 && !is_level(depths, cells, column, row, like, up);
+    }
+  }
+  const auto all = static_cast<double>(std::count(marked.begin(), marked.end(), true));
+  if (all < options.least_share * static_cast<double>(marked.size())) return {};
+  return pixels_of(marked, cells, like);
+}
+
+}  // namespace lamina::apps
