@@ -15,6 +15,7 @@
 #include <lamina/sensors/planar_odometry.hpp>
 #include <lamina/sensors/recording_sources.hpp>
 #include <lamina/sensors/rectify.hpp>
+#include <lamina/sensors/repeated_images.hpp>
 #include <lamina/sensors/scan_stream.hpp>
 #include <lamina/sensors/text.hpp>
 #include <lamina/sensors/text_streams.hpp>
@@ -133,7 +134,12 @@ void DatasetRecording::fail_missing_section(const char* section, const char* fil
 
 // The entries of a list whose files exist; the others are counted.
 std::vector<ListEntry> DatasetRecording::read_list(const char* name, StreamClock* clock) {
-  std::vector<ListEntry> entries = parse_list(text(name), skips_, clock);
+  std::int64_t repeats = 0;
+  const std::string lines = without_repeated_images(text(name), folder_, repeats);
+  if (repeats > 0)
+    remarks_.push_back(std::string(name) + ": " + std::to_string(repeats) +
+                       " images are listed twice with one stamp: each is read once");
+  std::vector<ListEntry> entries = parse_list(lines, skips_, clock);
   const auto absent = [&](const ListEntry& entry) {
     std::error_code error;
     return !std::filesystem::is_regular_file(folder_ / entry.path, error);
