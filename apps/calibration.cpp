@@ -121,10 +121,41 @@ std::optional<Eigen::Vector3d> correct_wheels(std::vector<Step>& steps,
   return sigma.head<3>();
 }
 
+namespace {
+
+void warn_of_place(const MountingContradiction& c, io::Metrics& metrics) {
+  const char* const done = "not corrected: too little of the recording confirms it";
+  const char* const moved = c.cameras_too ? "corrected, cameras with it" : "corrected";
+  metrics.warn("lidar_mounting",
+               fmt::format("turns contradict the lidar's stated place (T_body_lidar, x {:.2f} y "
+                           "{:.2f} m): by its scans and the wheels it is x {:.2f} (+-{:.2f}) y "
+                           "{:.2f} (+-{:.2f}) m from the point that the odometry turns about; {}",
+                           c.stated.x(), c.stated.y(), c.found.x(), c.sigma.x(), c.found.y(),
+                           c.sigma.y(), c.corrected ? moved : done));
+}
+
+// No robot carries a scanner higher than it can measure.
+void warn_of_height(const std::vector<Step>& steps, io::Metrics& metrics) {
+  const auto high = std::find_if(steps.begin(), steps.end(), [](const Step& step) {
+    return step.scan && step.scan->range_max > 0 &&
+           std::abs(step.scan->lidar.T_body_lidar.translation().z()) > step.scan->range_max;
+  });
+  if (high == steps.end()) return;
+  metrics.warn(
+      "lidar_mounting",
+      fmt::format("the lidar's stated height (T_body_lidar, z {:.1f} m) is beyond its own "
+                  "range ({:.1f} m): the map stands at that height; is it in metres?",
+                  high->scan->lidar.T_body_lidar.translation().z(), high->scan->range_max));
+}
+
+}  // namespace
+
 MountingEvidence correct_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops,
                                    bool planar, io::Metrics& metrics) {
   const MountingCalibration found = calibrate_mountings(steps, loops, planar);
   for (const CorrectedMounting& one : found.corrected) tell(one, metrics);
+  warn_of_height(steps, metrics);
+  if (found.contradiction) warn_of_place(*found.contradiction, metrics);
   return found.left;
 }
 
@@ -197,17 +228,42 @@ std::optional<WheelScale::Found> find_wheel_scale(Recording& recording, const Se
   return found;
 }
 
+namespace {
+
+// Beyond four sigmas of what wheels usually err by: by way alone, ranges are as likely.
+void warn_of_scale(const WheelScale::Found& found, bool used, io::Metrics& metrics) {
+  const double scale = found.scale, sigma = found.sigma;
+  const double bound = 4 * WheelScale::kPrior * std::abs(1 + scale) + 2 * sigma;
+  if (!(std::abs(scale) > bound && found.adoption.gain > AdoptionOptions().least_gain)) return;
+  const double percent = 100 * scale, ranges = 100 * (1 + scale);
+  metrics.warn(
+      "wheel_scale",
+      fmt::format("the way by scans is {:.1f} % (+-{:.1f}) {} than the wheels': either the wheels' "
+                  "scale is wrong (wheel radius, counts per metre), or the scanner's ranges are "
+                  "({:.1f} % of the true ones), which scans and wheels alone do not show. {}; "
+                  "if it is the ranges, the map is as much too {}: measure a wall of it",
+                  std::abs(percent), 100 * sigma, scale > 0 ? "longer" : "shorter", ranges,
+                  used ? "The wheels are corrected" : "Neither is corrected",
+                  scale > 0 ? "large" : "small"));
+}
+
+}  // namespace
+
 bool tell_wheel_scale(const WheelScale::Found& found, bool without, io::Metrics& metrics) {
   // Of the wheels themselves, and not by chance.
   const double bound = WheelScale::kBound * std::abs(1 + found.scale) + 2 * found.sigma;
   const Estimate estimate{"odometry.scale", 1, 1 + found.scale, found.sigma, found.adoption, bound};
-  const bool within = report(estimate, metrics, "wheel_scale",
-                             without ? "the map is made by scans alone, without the wheels"
-                                     : "taken out all the same, as scans do not hold the path");
+  const bool within =
+      report(estimate, metrics, "wheel_scale",
+             without ? "the wheels' scale or the scanner's ranges; the map is made by "
+                       "scans alone, without the wheels: measure a wall of it"
+                     : "the wheels' scale or the scanner's ranges; taken out all the "
+                       "same, as scans do not hold the path: measure a wall of it");
   const bool used = found.adoption.adopted && (within || !without);
   for (io::CalibrationEntry& entry : metrics.calibration) {
     if (entry.parameter == estimate.parameter) entry.adopted = used;
   }
+  if (std::abs(found.scale) <= bound) warn_of_scale(found, used, metrics);
   if (used) metrics.counts["wheel_scale_correction"] = found.scale;
   return used;
 }

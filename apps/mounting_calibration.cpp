@@ -1,8 +1,6 @@
 // Three sensors' mountings, one after the other.
 #include <lamina/apps/mounting_calibration.hpp>
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 
 #include <lamina/frontend/odometry/matched_pieces.hpp>
@@ -75,23 +73,22 @@ std::optional<MountingCorrection> by_travel(const MountingError& error) {
   return MountingCorrection{{0, 0, -found->value}, Eigen::Vector3d::Zero()};
 }
 
-std::optional<MountingCorrection> by_turns(const MountingError& error) {
+// The place that turns tell, where it stands out.
+std::optional<MountingError::Place> by_turns(const MountingError& error) {
   constexpr double kLeast = 0.005;  // m: wheels turn about no finer a point
-  // Beyond what the estimate's own prior holds possible it is no error but another frame: wheels
-  // that turn about another point than the body's origin.
-  constexpr double kMost = 3 * MountingError::kPlacePrior;
-  const auto found = error.place();
-  if (!found || !found->adoption.adopted) return std::nullopt;
-  const double off = found->value.norm();
-  if (off < kLeast) return std::nullopt;
-  if (off > kMost) {
-    spdlog::warn(
-        "scanner sits ({:+.1f}, {:+.1f}) cm from where turns of the wheels have it: more than "
-        "mountings err ({:.0f} cm), left as stated",
-        100 * found->value.x(), 100 * found->value.y(), 100 * kMost);
-    return std::nullopt;
-  }
-  return MountingCorrection{Eigen::Vector3d::Zero(), {-found->value.x(), -found->value.y(), 0}};
+  auto found = error.place();
+  if (!found || !found->adoption.adopted || found->value.norm() < kLeast) return std::nullopt;
+  return found;
+}
+
+// Beyond what the estimate's own prior holds possible it is no error of measuring, but a place
+// stated wrong or for another frame of the body.
+bool is_contradiction(const MountingError::Place& found) {
+  return found.value.norm() > 4 * MountingError::kPlacePrior;
+}
+
+MountingCorrection correction_by(const MountingError::Place& found) {
+  return {Eigen::Vector3d::Zero(), {-found.value.x(), -found.value.y(), 0}};
 }
 
 // Motions that scans told with a scanner said to sit elsewhere: a body that moves as this one does,
@@ -151,6 +148,78 @@ void relate_cameras(std::vector<Step>& steps, std::vector<CorrectedMounting>& al
   }
 }
 
+int shared_walls(const std::vector<Step>& steps) {
+  int pairs = 0;
+  for (const SensorKind kind : kImages) {
+    if (const auto found = by_walls(steps, kind)) pairs += found->pairs;
+  }
+  return pairs;
+}
+
+void remount_all(std::vector<Step>& steps, bool (*is)(const Step&), const MountingCorrection& c) {
+  for (Step& step : steps) {
+    if (is(step)) remount(step, c);
+  }
+}
+
+// A level scanner, moved time and again; cameras move with it: what relates them, walls or the
+// calibration, still holds.
+class LevelScanner {
+ public:
+  LevelScanner(std::vector<Step>& steps, std::vector<LoopClosure>& loops, const SE3& T_body_lidar,
+               std::vector<CorrectedMounting>& all)
+      : steps_(steps), loops_(loops), T_body_lidar_(T_body_lidar), all_(all) {}
+
+  MountingError error_of(const std::vector<PairedMotion>& pieces) const {
+    return apps::error_of(pieces, T_new_old_);
+  }
+
+  void move(const MountingCorrection& correction, const char* by) {
+    move_scanner(correction, by);
+    if (std::none_of(steps_.begin(), steps_.end(), is_image)) return;
+    remount_all(steps_, is_image, correction);
+    all_.push_back({"camera", by, correction});
+  }
+
+  // Corrected only where it wins clearly, and of cameras those stay which then see the same walls.
+  std::optional<MountingContradiction> settle_contradiction(
+      const std::vector<PairedMotion>& pieces) {
+    constexpr double kClear = 50;  // of the gain: as for every contradiction
+    const auto found = by_turns(error_of(pieces));
+    if (!found || !is_contradiction(*found)) return std::nullopt;
+    const Eigen::Vector2d stated = T_body_lidar_.translation().head<2>();
+    MountingContradiction result{stated, stated - found->value,
+                                 found->covariance.diagonal().cwiseSqrt(),
+                                 found->adoption.gain > kClear, false};
+    if (!result.corrected) return result;
+    const MountingCorrection correction = correction_by(*found);
+    const bool images = std::any_of(steps_.begin(), steps_.end(), is_image);
+    const int together = images ? shared_walls(steps_) : 0;
+    move_scanner(correction, "turns");
+    result.cameras_too = images && shared_walls(steps_) <= together;
+    if (!result.cameras_too) return result;
+    remount_all(steps_, is_image, correction);
+    all_.push_back({"camera", "turns", correction});
+    return result;
+  }
+
+ private:
+  void move_scanner(const MountingCorrection& correction, const char* by) {
+    const SE3 T_now = T_new_old_ * T_body_lidar_;
+    const SE3 T_next_now = correction.apply(T_now) * T_now.inverse();
+    turn_path(steps_, loops_, T_next_now);
+    T_new_old_ = T_next_now * T_new_old_;
+    remount_all(steps_, is_level_scan, correction);
+    all_.push_back({"scanner", by, correction});
+  }
+
+  std::vector<Step>& steps_;
+  std::vector<LoopClosure>& loops_;
+  SE3 T_body_lidar_;  // as stated
+  std::vector<CorrectedMounting>& all_;
+  SE3 T_new_old_;
+};
+
 }  // namespace
 
 void remount(Step& step, const MountingCorrection& correction) {
@@ -178,33 +247,19 @@ MountingCalibration calibrate_mountings(std::vector<Step>& steps, std::vector<Lo
   }
   const auto T_body_lidar = mounting_of(steps, is_level_scan);
   if (!T_body_lidar) return result;
+  // A scanner said to sit in the very middle is one of which nobody said where it sits: the
+  // body's poses are the scanner's own then, and stay so.
+  const bool stated = planar && !T_body_lidar->translation().head<2>().isZero(0);
+  LevelScanner scanner(steps, loops, *T_body_lidar, all);
+  const std::vector<PairedMotion> pieces = planar ? pieces_of(steps) : std::vector<PairedMotion>();
+  if (stated) result.contradiction = scanner.settle_contradiction(pieces);
   relate_cameras(steps, all);
-  // Cameras move with the scanner: what relates them, walls or the calibration, still holds.
-  SE3 T_new_old;
-  const auto move_all = [&](const std::optional<MountingCorrection>& correction, const char* by) {
-    if (!correction) return;
-    const SE3 T_now = T_new_old * *T_body_lidar;
-    const SE3 T_next_now = correction->apply(T_now) * T_now.inverse();
-    turn_path(steps, loops, T_next_now);
-    T_new_old = T_next_now * T_new_old;
-    bool cameras = false;
-    for (Step& step : steps) {
-      if (!is_level_scan(step) && !is_image(step)) continue;
-      cameras = cameras || is_image(step);
-      remount(step, *correction);
-    }
-    all.push_back({"scanner", by, *correction});
-    if (cameras) all.push_back({"camera", by, *correction});
-  };
-  if (planar) {
-    const std::vector<PairedMotion> pieces = pieces_of(steps);
-    move_all(by_travel(error_of(pieces, T_new_old)), "direction of travel");
-    // A scanner said to sit in the very middle is one of which nobody said where it sits: the
-    // body's poses are the scanner's own then, and stay so.
-    const bool stated = !T_body_lidar->translation().head<2>().isZero(0);
-    if (stated) move_all(by_turns(error_of(pieces, T_new_old)), "turns");
-    result.left = error_of(pieces, T_new_old).evidence();
-  }
+  if (!planar) return result;
+  if (const auto turned = by_travel(scanner.error_of(pieces)))
+    scanner.move(*turned, "direction of travel");
+  const auto place = stated ? by_turns(scanner.error_of(pieces)) : std::nullopt;
+  if (place && !is_contradiction(*place)) scanner.move(correction_by(*place), "turns");
+  result.left = scanner.error_of(pieces).evidence();
   return result;
 }
 

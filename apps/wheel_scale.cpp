@@ -8,7 +8,6 @@ namespace {
 
 constexpr std::size_t kMostPieces = 150, kEnoughPieces = 60, kAskEvery = 5;
 constexpr double kEnough = 0.001;
-constexpr double kPrior = 1;  // wide: a contradiction is to be seen as large as it is
 
 }  // namespace
 
@@ -31,7 +30,8 @@ void WheelScale::add(Timestamp stamp, const std::optional<SE3>& by_wheels,
 }
 
 std::optional<WheelScale::Found> WheelScale::found() const {
-  const auto found = pieces_.solve(BlockEvidence<1>::Vector(kPrior), {0});
+  // Of a wide prior: a contradiction is to be seen as large as it is.
+  const auto found = pieces_.solve(BlockEvidence<1>::Vector::Ones(), {0});
   if (!found) return std::nullopt;
   const double held = static_cast<double>(held_) / static_cast<double>(steps_);
   return Found{found->value(0), std::sqrt(found->covariance(0, 0)), way_, found->adoption, held};

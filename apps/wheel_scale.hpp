@@ -25,6 +25,8 @@ class WheelScale {
   };
   /// Radii are worn and loaded by less; beyond, something else is wrong (units, another sensor).
   static constexpr double kBound = 0.1;
+  /// Wheels and ranges as they are usually stated, 1-sigma; four of these are a contradiction.
+  static constexpr double kPrior = 0.015;
 
   explicit WheelScale(const OdometryModel& model) : model_(model) {}
   /// The body's motion since the last call, by wheels and by scans, up to `stamp`; nullopt where

@@ -34,14 +34,16 @@ class BlockEvidence {
   /// `free`: parameters asked about, of prior sigmas `prior`; `beside`: those that are free under
   /// the stated values, too. Any other is held at zero. nullopt for fewer than two blocks.
   /// Adopted: the test of AdoptionOptions, and off zero by Student's t of the blocks in one of the
-  /// parameters asked about.
+  /// parameters asked about. `start`: where the search begins; of few facts that tell of a large
+  /// value the others would make outliers.
   std::optional<Found> solve(const Vector& prior, const std::vector<int>& free,
                              const std::vector<int>& beside = {},
-                             const AdoptionOptions& options = {}) const {
+                             const Vector& start = Vector::Zero()) const {
     const int count = blocks_.count();
     if (count < 2) return std::nullopt;
     const Vector stated_prior = held(prior, beside, {}), found_prior = held(prior, free, beside);
     Found found;
+    found.value = start;
     double noise = spread(found.value);
     for (int round = 0; round < kSpreads; ++round) {
       found.value = fit(found_prior, -1, noise, found.value);
@@ -56,7 +58,7 @@ class BlockEvidence {
       gains.push_back(cost(stated, k, noise) - cost(without, k, noise));
     }
     found.covariance = jackknife_covariance(left_out);
-    found.adoption = judge(gains, options);
+    found.adoption = judge(gains);
     const double least = student_quantile(count - 1.0);
     found.adoption.adopted =
         found.adoption.adopted && std::any_of(free.begin(), free.end(), [&](int i) {

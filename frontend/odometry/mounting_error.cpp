@@ -80,10 +80,13 @@ MountingError::Estimate MountingError::estimate() const {
 }
 
 // Whether data left out fit better with these of psi, s and c than without, all else free.
-Adoption MountingError::adoption(const std::vector<int>& asked,
-                                 const std::vector<int>& beside) const {
-  const Eigen::Vector4d prior(kHeadingPrior, kScalePrior, kPlacePrior, kPlacePrior);
-  const auto found = blocks_.solve(prior, asked, beside);
+Adoption MountingError::adoption(const std::vector<int>& asked, const std::vector<int>& beside,
+                                 const Eigen::Vector4d& start) const {
+  // A place far beyond its prior is a hypothesis of its own, with one as wide as it is far: held to
+  // zero by the narrow one, the facts that tell it are outliers.
+  const double place = std::max(kPlacePrior, start.tail<2>().norm());
+  const Eigen::Vector4d prior(kHeadingPrior, kScalePrior, place, place);
+  const auto found = blocks_.solve(prior, asked, beside, start);
   return found ? found->adoption : Adoption();
 }
 
@@ -99,7 +102,7 @@ std::optional<MountingError::Place> MountingError::place() const {
   if (turning_ < kLeastTurning) return std::nullopt;
   const Estimate found = estimate();
   return Place{found.value.tail<2>(), found.covariance.bottomRightCorner<2, 2>(),
-               adoption({2, 3}, {0, 1})};
+               adoption({2, 3}, {0, 1}, found.value)};
 }
 
 MountingEvidence MountingError::evidence() const {

@@ -57,7 +57,8 @@ class MountingError {
   };
   Estimate estimate() const;
 
-  Adoption adoption(const std::vector<int>& asked, const std::vector<int>& beside) const;
+  Adoption adoption(const std::vector<int>& asked, const std::vector<int>& beside,
+                    const Eigen::Vector4d& start = Eigen::Vector4d::Zero()) const;
 
   std::vector<Row> rows_;
   BlockEvidence<4> blocks_;

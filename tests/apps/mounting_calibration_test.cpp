@@ -118,10 +118,23 @@ TEST(MountingCalibration, APlaceToldByTurnsMovesPathLoopsAndScans) {
   std::vector<CorrectedMounting> of_unstated = calibrate_mountings(unstated, loops, true).corrected;
   EXPECT_TRUE(std::none_of(of_unstated.begin(), of_unstated.end(),
                            [](const CorrectedMounting& c) { return c.told_by == "turns"; }));
-  // Farther off than mountings err, it is another frame of the body.
-  const MountingCorrection far{Eigen::Vector3d::Zero(), {0.2, 0, 0}};
-  std::vector<Step> other = drive(far.apply(kMounted), 200, SensorKind::kLidar, 0.1);
-  EXPECT_TRUE(calibrate_mountings(other, loops, true).corrected.empty());
+}
+
+// Beyond what mountings are measured to a place is a contradiction: said, and corrected where
+// what was left out confirms it.
+TEST(MountingCalibration, APlaceFarOffIsAContradiction) {
+  const MountingCorrection far{Eigen::Vector3d::Zero(), {0.6, -0.3, 0}};
+  std::vector<Step> steps = drive(far.apply(kMounted), 200, SensorKind::kLidar, 0.1);
+  const std::vector<Step> right = drive(kMounted, 200, SensorKind::kLidar, 0.1);
+  std::vector<LoopClosure> loops;
+  const auto contradiction = calibrate_mountings(steps, loops, true).contradiction;
+  ASSERT_TRUE(contradiction);
+  EXPECT_TRUE(contradiction->corrected);
+  EXPECT_LT((contradiction->stated - Eigen::Vector2d(0.9, -0.2)).norm(), 1e-9);
+  EXPECT_LT((contradiction->found - Eigen::Vector2d(0.3, 0.1)).norm(), 0.01);
+  EXPECT_LT((last_scan(steps).translation() - last_scan(right).translation()).norm(), 0.01);
+  std::vector<Step> in_order = drive(kMounted, 200, SensorKind::kLidar, 0.1);
+  EXPECT_FALSE(calibrate_mountings(in_order, loops, true).contradiction);
 }
 
 // Five centimetres along both axes are a mounting measured badly.

@@ -208,6 +208,18 @@ TEST(FindWheelScale, BeyondItsBoundItIsAWarning) {
   EXPECT_EQ(metrics.warnings[0].id, "wheel_scale");
 }
 
+// Ranges that are 8 % too long look the same: corrected, and both causes said.
+TEST(FindWheelScale, BeyondFourPriorSigmasItsTwoCausesAreSaid) {
+  io::Metrics metrics;
+  EXPECT_TRUE(tell_wheel_scale({0.08, 0.002, 50, {12, 100, 3, true}, 1}, true, metrics));
+  ASSERT_EQ(metrics.warnings.size(), 1);
+  EXPECT_EQ(metrics.warnings[0].id, "wheel_scale");
+  EXPECT_NE(metrics.warnings[0].text.find("ranges"), std::string::npos);
+  io::Metrics usual;
+  EXPECT_TRUE(tell_wheel_scale({0.05, 0.002, 50, {12, 100, 3, true}, 1}, true, usual));
+  EXPECT_TRUE(usual.warnings.empty());
+}
+
 // m; of wheels that count 3 % too much.
 double first_motion(const std::optional<WheelScale::Found>& known) {
   Corridor recording(1.03, true);
