@@ -78,12 +78,24 @@ class FirstLooks {
   }
 
   void at_scanner() {
-    one("scanner_check", [&](Recording& all) {
-      const auto found = check_scanner(all, settings_, input_.ended);
-      if (!found) return;
-      report_scanner(*found, all.calibration(), settings_.calibrate_mountings, metrics_);
-      if (settings_.calibrate_mountings) input_.scanner = found->correction;
-    });
+    std::optional<ScannerCheck::Found> found;
+    one("scanner_check",
+        [&](Recording& all) { found = check_scanner(all, settings_, input_.ended); });
+    if (!found) return;
+    if (!found->changes.empty()) {
+      one("scanner_check",
+          [&](Recording& all) { place_changes(all, settings_, *found, input_.ended); });
+    }
+    report_scanner(*found, input_.recording->calibration(), settings_.calibrate_mountings,
+                   metrics_);
+    if (!settings_.calibrate_mountings) return;
+    input_.scanner = found->correction;
+    for (Stretch& part : input_.scanner.reversed) {  // of scans whose clocks are not corrected yet
+      part.from = part.from + -input_.clocks.scanner;
+      if (part.until) part.until = *part.until + -input_.clocks.scanner;
+    }
+    input_.recording.reset();
+    input_.recording = input_.open_again();
   }
 
   void at_depth() {

@@ -21,6 +21,10 @@ std::string causes_of(const ScanCorrection& correction) {
         "the wrong sign), a scanner mounted upside down that is not said to be, or else odometry "
         "with left and right wheels swapped, which looks the same: then the map is a mirror image, "
         "and the wheels are to be put right");
+  if (!correction.reversed.empty())
+    add("in a part of the recording they turn against the wheels, in the rest with them: the order "
+        "of beams changes on the way (a driver that was started anew with other settings, logs "
+        "that were joined)");
   if (correction.aperture != 1)
     add(
         fmt::format("they turn by {:.2f} times what the wheels turn: the field of view is {:.2f} "
@@ -38,6 +42,10 @@ std::string done_for(const ScanCorrection& correction, double stated_yaw) {
   std::string text;
   const auto add = [&text](const std::string& one) { text += (text.empty() ? "" : ", ") + one; };
   if (correction.mirrored) add("beams mirrored");
+  for (const Stretch& part : correction.reversed)
+    add(fmt::format("beams {} from {} s {}", correction.mirrored ? "as stated" : "mirrored",
+                    part.from.to_string(),
+                    part.until ? "to " + part.until->to_string() + " s" : "on"));
   if (correction.aperture != 1) add(fmt::format("field of view x {:.3f}", correction.aperture));
   if (correction.yaw != 0)
     add(fmt::format("lidar yaw {:.1f} deg instead of {:.1f}",
@@ -48,7 +56,7 @@ std::string done_for(const ScanCorrection& correction, double stated_yaw) {
 
 const char* id_of(const ScanCorrection& correction) {
   constexpr double kBackwards = 150 * kDegree;
-  if (correction.mirrored) return "scan_mirrored";
+  if (correction.mirrored || !correction.reversed.empty()) return "scan_mirrored";
   if (correction.aperture != 1) return "field_of_view";
   return std::abs(correction.yaw) > kBackwards ? "lidar_backwards" : "lidar_yaw";
 }
@@ -78,6 +86,33 @@ std::optional<ScannerCheck::Found> check_scanner(Recording& recording, const Set
   return ended() ? std::nullopt : check.found();
 }
 
+void place_changes(Recording& recording, const Settings& settings, ScannerCheck::Found& found,
+                   const std::function<bool()>& ended) {
+  std::vector<Timestamp> at;
+  for (const auto& change : found.changes) at.push_back(change.middle());
+  std::vector<double> most(at.size(), 0);
+  std::optional<LaserScan> last;
+  try {
+    while (!ended()) {
+      const auto measurement = recording.next_light();
+      if (!measurement) break;
+      const auto* scan = std::get_if<LaserScan>(&*measurement);
+      if (!scan || !is_level(scan->lidar.T_body_lidar, settings.scan_odometry.max_tilt)) continue;
+      for (std::size_t k = 0; last && k < at.size(); ++k) {
+        const auto& change = found.changes[k];
+        if (last->stamp < change.from || change.to < scan->stamp) continue;
+        const double reversal = ScannerCheck::reversal(*last, *scan);
+        if (reversal <= most[k]) continue;
+        most[k] = reversal;
+        at[k] = last->stamp + 0.5 * (scan->stamp - last->stamp);
+      }
+      last = *scan;
+    }
+  } catch (const Error&) {  // the run itself comes to it, and says so
+  }
+  found.correction.reversed = ScannerCheck::stretches(at);
+}
+
 void report_scanner(const ScannerCheck::Found& found, const Calibration& stated, bool adopted,
                     io::Metrics& metrics) {
   const ScanCorrection& c = found.correction;
@@ -91,11 +126,13 @@ void report_scanner(const ScannerCheck::Found& found, const Calibration& stated,
                           : "Not corrected, the map is wrong; offline it "
                             "would be",
                   done_for(c, yaw)));
-  const double score = found.cost_stated - found.cost;
+  const double score = found.gain();
   const auto note = [&](const char* parameter, double was, double is) {
     metrics.calibration.push_back({parameter, was, is, 0, score, adopted});
   };
   if (c.mirrored) note("lidar.beam_direction", 1, -1);
+  if (!c.reversed.empty())
+    note("lidar.beam_direction_changes", 0, static_cast<double>(found.changes.size()));
   if (c.aperture != 1) note("lidar.field_of_view_factor", 1, c.aperture);
   if (c.yaw != 0)
     note("lidar.yaw_deg", yaw / kDegree, std::remainder(yaw + c.yaw, 2 * M_PI) / kDegree);

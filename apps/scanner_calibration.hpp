@@ -16,6 +16,11 @@ namespace lamina::apps {
 std::optional<ScannerCheck::Found> check_scanner(Recording& recording, const Settings& settings,
                                                  const std::function<bool()>& ended);
 
+/// A second look: each change of the beams' order lies where two scans in turn differ least with
+/// the second reversed. `recording` is used up.
+void place_changes(Recording& recording, const Settings& settings, ScannerCheck::Found& found,
+                   const std::function<bool()>& ended);
+
 /// A warning, and an entry under `calibration`. `adopted`: scans are corrected by it.
 void report_scanner(const ScannerCheck::Found& found, const Calibration& stated, bool adopted,
                     io::Metrics& metrics);

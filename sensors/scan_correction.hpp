@@ -1,9 +1,20 @@
 // What a level scanner's description has wrong, and scans as they are with that put right.
 #pragma once
 
+#include <algorithm>
+#include <optional>
+#include <vector>
+
 #include <lamina/sensors/laser_scan.hpp>
 
 namespace lamina {
+
+/// A stretch of a recording.
+struct Stretch {
+  Timestamp from;
+  std::optional<Timestamp> until;  ///< nullopt: to the end
+  bool has(Timestamp stamp) const { return !(stamp < from) && (!until || stamp < *until); }
+};
 
 /// Applied in this order. The identity when nothing is wrong.
 struct ScanCorrection {
@@ -12,7 +23,13 @@ struct ScanCorrection {
       false;       ///< beams run the other way: clockwise, or a scanner that hangs upside down
   double yaw = 0;  ///< rad about the body's z, added to the stated heading of the scanner
 
-  bool any() const { return aperture != 1 || mirrored || yaw != 0; }
+  std::vector<Stretch> reversed = {};  ///< there beams run the other way than in the rest
+
+  bool any() const { return aperture != 1 || mirrored || yaw != 0 || !reversed.empty(); }
+  bool is_mirrored(Timestamp stamp) const {
+    const auto has = [stamp](const Stretch& stretch) { return stretch.has(stamp); };
+    return mirrored != std::any_of(reversed.begin(), reversed.end(), has);
+  }
   SE3 apply(const SE3& T_body_lidar) const {
     return {SO3::rot_z(yaw) * T_body_lidar.so3(), T_body_lidar.translation()};
   }
@@ -23,7 +40,7 @@ struct ScanCorrection {
       scan.angle_increment *= aperture;
       scan.angle_min = middle - half * scan.angle_increment;
     }
-    if (mirrored) {
+    if (is_mirrored(scan.stamp)) {
       scan.angle_min = -scan.angle_min;
       scan.angle_increment = -scan.angle_increment;
     }

@@ -78,30 +78,40 @@ void ScannerCheck::add(const LaserScan& scan, const std::optional<SE3>& wheels) 
     const PlanarPose moved = planar_part(since_);
     const bool turns = std::abs(moved.yaw) >= options_.turning;
     const bool travels = moved.translation().norm() >= options_.travelling;
-    const bool wanted =
-        (turns && turning_ < options_.most_pairs) || (travels && travelling_ < options_.most_pairs);
-    if (wanted && turned_ <= options_.most_turn && way_ <= options_.most_way) {
-      pairs_.push_back({*from_, scan, moved});
-      turning_ += turns;
-      travelling_ += travels;
-    }
+    if (turned_ <= options_.most_turn && way_ <= options_.most_way)
+      keep({*from_, scan, moved}, turns, travels);
   }
   from_ = scan;
   since_ = SE3();
   turned_ = way_ = 0;
 }
 
-bool ScannerCheck::wants_more() const {
-  return !several_ && (turning_ < options_.most_pairs || travelling_ < options_.most_pairs);
+void ScannerCheck::keep(const Pair& pair, bool turns, bool travels) {
+  if ((turns && turning_ < options_.most_pairs) || (travels && travelling_ < options_.most_pairs)) {
+    pairs_.push_back(pair);
+    turning_ += turns;
+    travelling_ += travels;
+    return;
+  }
+  if (!turns || passed_++ % every_ != 0) return;
+  later_.push_back(pair);
+  if (later_.size() <= options_.most_pairs) return;
+  every_ *= 2;
+  for (std::size_t i = 0; 2 * i < later_.size(); ++i) later_[i] = later_[2 * i];
+  later_.resize((later_.size() + 1) / 2);
 }
 
-std::vector<ScannerCheck::Matched> ScannerCheck::match_all(const ScanCorrection& correction) const {
+bool ScannerCheck::wants_more() const { return !several_; }
+
+std::vector<ScannerCheck::Matched> ScannerCheck::match_all(const Pairs& pairs,
+                                                           const ScanCorrection& correction) const {
   std::vector<Matched> all;
-  for (const Pair& pair : pairs_) {
+  for (const Pair& pair : pairs) {
     const PointMap map(points_of(pair.from, correction));
     const auto points = points_of(pair.to, correction);
     Matched result;
     result.wheels = pair.wheels;
+    result.between = {pair.from.stamp, pair.to.stamp};
     const auto take = [&](const LineMatch& match) {
       result.scans = match.T_map_scan;
       result.known = match.converged && match.matched >= options_.least_matched;
@@ -203,15 +213,14 @@ double ScannerCheck::aperture_for(double turn_ratio) const {
   return (std::abs(round / found - 1) < kNear ? round : found) / stated;
 }
 
-std::optional<ScannerCheck::Found> ScannerCheck::found() const {
-  if (several_ || pairs_.size() < options_.least_pairs) return std::nullopt;
-  const std::vector<Matched> stated = match_all({});
+ScannerCheck::Found ScannerCheck::found_all_along() const {
+  const std::vector<Matched> stated = match_all(pairs_, {});
   Found result;
   result.cost = result.cost_stated = cost(stated, {});
   result.pairs = pairs_.size();
   const auto ratio = turn_ratio(stated);
   result.turn_ratio = ratio.value_or(1);
-  if (!(result.cost_stated > options_.least_gain)) return std::nullopt;
+  if (!(result.cost_stated > options_.least_gain)) return result;
   double least = result.cost_stated;
   const auto try_all = [&](const std::vector<Matched>& pairs, double aperture) {
     for (const bool mirrored : {false, true}) {
@@ -230,16 +239,24 @@ std::optional<ScannerCheck::Found> ScannerCheck::found() const {
   if (ratio && std::abs(std::abs(*ratio) - 1) > options_.least_aperture) {
     // Scans drawn too wide or too narrow bend, and so do their turns: twice is near enough.
     double aperture = aperture_for(*ratio);
-    std::vector<Matched> other = match_all({aperture, false, 0});
+    std::vector<Matched> other = match_all(pairs_, {aperture, false, 0});
     if (const auto left = turn_ratio(other)) {
       aperture = aperture_for(std::abs(*left) / aperture);
-      other = match_all({aperture, false, 0});
+      other = match_all(pairs_, {aperture, false, 0});
     }
     if (total_misfit(other) < total_misfit(stated)) try_all(other, aperture);
   }
-  const bool clear = result.cost_stated - result.cost >= options_.least_gain &&
+  const bool clear = result.gain() >= options_.least_gain &&
                      result.cost <= options_.most_ratio * result.cost_stated;
-  return clear && result.correction.any() ? std::optional(result) : std::nullopt;
+  if (!clear) result.correction = {};
+  return result;
+}
+
+std::optional<ScannerCheck::Found> ScannerCheck::found() const {
+  if (several_ || pairs_.size() < options_.least_pairs) return std::nullopt;
+  Found result = found_all_along();
+  find_changes(result);
+  return result.correction.any() ? std::optional(result) : std::nullopt;
 }
 
 }  // namespace lamina

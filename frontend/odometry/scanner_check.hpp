@@ -1,6 +1,7 @@
 // How a level scanner's description contradicts the wheels: turns and ways of scans against theirs.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <vector>
@@ -37,7 +38,8 @@ struct ScannerCheckOptions {
 /// alone, and scores every hypothesis (as stated; mirrored; another heading; another aperture; and
 /// these together) by one cost: the sum over pairs of min(e' S^-1 e, most_cost), e what the motion
 /// by scans is off the wheels'. A mirror image turns the other way, a scanner of another heading
-/// goes another way, one of another aperture turns by another amount.
+/// goes another way, one of another aperture turns by another amount. Where the beams' order
+/// changes on the way, pairs all along show it.
 class ScannerCheck {
  public:
   explicit ScannerCheck(const ScannerCheckOptions& options = {}) : options_(options) {}
@@ -45,30 +47,50 @@ class ScannerCheck {
   /// Scans of a level scanner in turn; `wheels`: the body's motion since the scan before, nullopt
   /// where they do not tell it.
   void add(const LaserScan& scan, const std::optional<SE3>& wheels);
-  /// False once more scans would change nothing.
+  /// False where more scans would change nothing: of several places.
   bool wants_more() const;
 
+  struct Between {
+    Timestamp from, to;
+    Timestamp middle() const { return from + 0.5 * (to - from); }
+  };
   struct Found {
-    ScanCorrection correction;
+    ScanCorrection correction;         ///< with stretches as fine as the turns are
     double cost_stated = 0, cost = 0;  ///< sums over the pairs
     std::size_t pairs = 0;
     double turn_ratio = 1;  ///< of scans as stated over wheels, median
+    /// Where the beams' order changes: between these stamps each.
+    std::vector<Between> changes;
+    double gain() const { return cost_stated - cost; }
   };
-  /// The best hypothesis where it clearly beats the description; nullopt where that stands or the
-  /// pairs are too few.
+  /// The best hypothesis over the first pairs where it clearly beats the description; nullopt where
+  /// that stands or the pairs are too few.
   std::optional<Found> found() const;
+  /// What lies between the first of these and the second, and so on.
+  static std::vector<Stretch> stretches(const std::vector<Timestamp>& changes);
+  /// How far two scans are apart beam by beam (mean of |a - b| / (a + b)) as they are, less with
+  /// the order of the second reversed: above zero where the order changes between them.
+  static double reversal(const LaserScan& one, const LaserScan& next);
 
  private:
   struct Pair {
     LaserScan from, to;
     PlanarPose wheels;
   };
+  using Pairs = std::vector<Pair>;
   struct Matched {
     PlanarPose scans, wheels;               ///< of the body; the former with the scanner as stated
     bool known = false, way_known = false;  ///< its turn at least; all of it
     double misfit = 0;                      ///< m^2, mean over the scan, truncated
+    Between between = {};                   ///< the two scans
   };
-  std::vector<Matched> match_all(const ScanCorrection& correction) const;
+  void keep(const Pair& pair, bool turns, bool travels);
+  using TwoCosts = std::array<double, 2>;  // as found, reversed
+  Found found_all_along() const;
+  Pairs turns() const;
+  std::vector<std::size_t> cheapest_states(const std::vector<TwoCosts>& costs) const;
+  void find_changes(Found& found) const;
+  std::vector<Matched> match_all(const Pairs& pairs, const ScanCorrection& correction) const;
   PlanarPose hypothetical(const PlanarPose& scans, const ScanCorrection& correction) const;
   double cost(const Matched& pair, const ScanCorrection& correction) const;
   double cost(const std::vector<Matched>& pairs, const ScanCorrection& correction) const;
@@ -77,7 +99,8 @@ class ScannerCheck {
   double aperture_for(double turn_ratio) const;
 
   ScannerCheckOptions options_;
-  std::vector<Pair> pairs_;
+  Pairs pairs_, later_;  ///< the first ones; of turns after them, thinned evenly
+  std::size_t passed_ = 0, every_ = 1;
   std::size_t turning_ = 0, travelling_ = 0;
   std::optional<LaserScan> from_;
   SE3 since_;

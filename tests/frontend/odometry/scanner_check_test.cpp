@@ -19,13 +19,14 @@ SE3 turning(int i) {
 
 // A drive through the room; `spoil` is done to each scan before it is given.
 template <class Spoil>
-ScannerCheck driven(const Spoil& spoil, double wheel_turns = 1, SE3 (*pose)(int) = testing::drive) {
+ScannerCheck driven(const Spoil& spoil, double wheel_turns = 1, SE3 (*pose)(int) = testing::drive,
+                    std::size_t most_pairs = 12) {
   Scanner scanner;
   scanner.beams = 181;
   scanner.fov = M_PI;
   scanner.T_body_lidar = SE3::planar(0.2, 0, 0);
   ScannerCheckOptions options;
-  options.most_pairs = 12;
+  options.most_pairs = most_pairs;
   ScannerCheck check(options);
   SE3 last;
   for (int i = 0; i < 160 && check.wants_more(); ++i) {
@@ -103,6 +104,39 @@ TEST(ScannerCheck, FindsTheApertureUnderWhichScansTurnAsWheelsDo) {
 TEST(ScannerCheck, WheelsOfAWrongTrackAreNoAperture) {
   const auto found = driven([](LaserScan&) {}, 1.4).found();
   EXPECT_FALSE(found && found->correction.aperture != 1);
+}
+
+// The order changes in the middle of the drive, or for the middle of it: after the first pairs.
+TEST(ScannerCheck, FindsWhereTheOrderOfBeamsChanges) {
+  for (const int until : {1000, 110}) {
+    int i = 0;
+    const auto reverse = [&](LaserScan& scan) {
+      const bool reversed = i >= 60 && i < until;
+      ++i;
+      if (reversed) std::reverse(scan.ranges.begin(), scan.ranges.end());
+    };
+    const auto found = driven(reverse, 1, turning, 30).found();
+    ASSERT_TRUE(found) << until;
+    ASSERT_FALSE(found->changes.empty()) << until;
+    EXPECT_FALSE(found->correction.mirrored);
+    const std::size_t changes = until == 1000 ? 1 : 2;
+    ASSERT_EQ(found->changes.size(), changes);
+    EXPECT_LE(found->changes[0].from.seconds(), 6.0);
+    EXPECT_GE(found->changes[0].to.seconds(), 5.9);
+    ASSERT_EQ(found->correction.reversed.size(), 1);
+    EXPECT_FALSE(found->correction.is_mirrored(Timestamp::from_seconds(1)));
+    EXPECT_TRUE(found->correction.is_mirrored(Timestamp::from_seconds(8.5)));
+    EXPECT_EQ(found->correction.is_mirrored(Timestamp::from_seconds(15.5)), changes == 1);
+  }
+}
+
+TEST(ScannerCheck, TwoScansInTurnShowThatTheirOrderChanges) {
+  Scanner scanner;
+  LaserScan one = scanner.scan(testing::room(), testing::drive(20), 1);
+  LaserScan next = scanner.scan(testing::room(), testing::drive(21), 1.1);
+  EXPECT_LT(ScannerCheck::reversal(one, next), -0.02);
+  std::reverse(next.ranges.begin(), next.ranges.end());
+  EXPECT_GT(ScannerCheck::reversal(one, next), 0.02);
 }
 
 TEST(ScannerCheck, WithoutTurnsNothingIsSaid) {
