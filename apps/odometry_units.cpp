@@ -14,6 +14,7 @@
 #include <lamina/frontend/odometry/depth_odometry.hpp>
 #include <lamina/frontend/odometry/planar.hpp>
 #include <lamina/frontend/odometry/scanner_check.hpp>
+#include <lamina/models/median.hpp>
 
 namespace lamina::apps {
 namespace {
@@ -104,11 +105,10 @@ struct Claim {
         ratios.push_back(piece.images.translation().dot(piece.wheels.translation()) / (way * way));
     }
     if (ratios.size() < kOptions.least_pairs) return;
-    const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
-    std::nth_element(ratios.begin(), middle, ratios.end());
-    if (std::abs(*middle - 1) <= WheelScale::kBound || !(*middle > 0)) return;
+    const auto middle = median(ratios);
+    if (std::abs(middle - 1) <= WheelScale::kBound || !(middle > 0)) return;
     const double before = mean;
-    factor = *middle;
+    factor = middle;
     score();
     if (before - mean > kOptions.simpler / static_cast<double>(pieces.size())) return;
     factor = 1;
@@ -180,10 +180,10 @@ OdometryUnits look_at_odometry_units(const OpenInUnits& open, const Settings& se
   warnings.push_back(
       {"wheel_scale",
        fmt::format(
-           "images contradict the odometry (cost {:.1f} a piece of way, of {}; {:.1f} so "
-           "corrected): they tell {}. {}",
-           stated.mean, stated.pieces.size(), best.mean, found_text(best),
-           settings.calibrate_wheels ? "Corrected" : "wheels.calibrate is off: left as it is")});
+           "odometry in other units than metres and radians: {} by the motion that images show "
+           "(cost of a piece of way {:.1f} as stated, {:.1f} so, over {}); {}",
+           found_text(best), stated.mean, best.mean, stated.pieces.size(),
+           settings.calibrate_wheels ? "corrected" : "wheels.calibrate is off: left as it is")});
   if (!settings.calibrate_wheels) return {};
   return {best.units.way * best.factor, best.units.turn};
 }

@@ -16,9 +16,10 @@ struct PosedImage {
 };
 
 /// What a robot sees of the world changes as it turns, but for what is level (the floor, a
-/// ceiling). Pixels, row-major, whose depth stays the same in (nearly) all headings, and that are
-/// not part of a level surface, with those next to them. Empty: none, or the robot did not turn
-/// enough. `T_body_camera` has the floor level.
+/// ceiling). Pixels, row-major, whose depth stays the same in (nearly) all headings, that are not
+/// part of a level surface, and behind which, carried on as points of the world, the world is seen
+/// from the next poses; with those next to them. Empty: none, or the robot did not turn enough.
+/// `T_body_camera` has the floor level.
 std::vector<bool> robot_pixels(const std::vector<PosedImage>& images, const SE3& T_body_camera);
 
 }  // namespace lamina::apps

@@ -57,7 +57,8 @@ double vertex(double before, double at, double after) {
 
 }  // namespace
 
-// Of walls: the floor lies the same after any motion.
+// Of walls: the floor lies the same after any motion. Compared as measured: an offset that draws
+// all walls nearer would else shrink what they are off, too.
 double MountingCheck::meets_again(const CameraCorrection& c, std::size_t from, std::size_t to,
                                   const SE3& T_camera_to_from) const {
   const double upright = std::cos(options_.most_tilt);
@@ -66,10 +67,12 @@ double MountingCheck::meets_again(const CameraCorrection& c, std::size_t from, s
   for (const MountingView::Seen& seen : views_[from].planes) {
     const Plane before = corrected(seen.plane_camera, c);
     if (std::abs((c.T_body_camera->so3() * before.normal()).z()) > upright) continue;
-    const Plane expected = T_camera_to_from * before;
+    CameraCorrection undone;
+    undone.offset = -c.offset;
+    const Plane expected = corrected(T_camera_to_from * before, undone);
     double misfit = options_.truncate;
     for (const MountingView::Seen& other : views_[to].planes) {
-      const Plane plane = corrected(other.plane_camera, c);
+      const Plane& plane = other.plane_camera;
       misfit = std::min(
           misfit, square(angle_between(plane, expected) / options_.sigma_wall_tilt) +
                       square((plane.rho() - expected.rho()) / options_.sigma_wall / (1 + way)));
@@ -106,14 +109,15 @@ DepthOffset best_of(const std::vector<Costs>& offsets) {
   return found;
 }
 
-// Of a mounting that is as stated but for a tape measure's errors.
+// Of a mounting that is as stated but for a tape measure's errors; one fact, however far off.
 double prior_cost(const SE3& stated, const SE3& T_body_camera,
                   const MountingCheckOptions& options) {
   const double height = stated.translation().z();
   const double turned = (stated.inverse() * T_body_camera).so3().log().norm();
-  return square(turned / options.sigma_tilt) +
-         square((T_body_camera.translation().z() - height) /
-                (options.sigma_height * height + options.sigma_height_m));
+  const double off = square(turned / options.sigma_tilt) +
+                     square((T_body_camera.translation().z() - height) /
+                            (options.sigma_height * height + options.sigma_height_m));
+  return std::min(off, options.truncate);
 }
 
 }  // namespace
@@ -139,7 +143,7 @@ std::optional<DepthOffset> MountingCheck::depth_offset() const {
   const auto offsets = swept(
       options_.steps, [&](double share) { return costs_of(share * options_.most_offset, 1); });
   const auto scales =
-      swept(options_.steps, [&](double share) { return costs_of(0, std::exp2(share / 2)); });
+      swept(options_.steps, [&](double share) { return costs_of(0, std::exp2(2 * share)); });
   DepthOffset found = best_of(offsets);
   found.value *= options_.most_offset / options_.steps;
   found.clear = found.clear && sum(offsets[least(offsets, blocks)]) + options_.clear_by <

@@ -207,12 +207,14 @@ Adoption SweepFinder::judge(double sweep, const std::vector<double>& left_out) c
     const auto k = static_cast<std::size_t>(blocks.of(pair.turning.scan.stamp));
     gains[k] += squares(pair, 0) - squares(pair, left_out[k]);
   }
-  // Half as many blocks do where each of them alone gains what is asked of all: a robot may turn
-  // seldom, and pairs of scans share no errors but within a turn.
+  // Half as many blocks do where each of them alone gains what is asked of all, and none loses it:
+  // a robot may turn seldom, and pairs of scans share no errors but within a turn.
   AdoptionOptions options;
-  const bool each = std::all_of(gains.begin(), gains.end(),
-                                [&options](double gain) { return gain > options.least_gain; });
-  if (each) options.least_blocks /= 2;
+  const auto for_it = std::count_if(gains.begin(), gains.end(),
+                                    [&](double gain) { return gain > options.least_gain; });
+  const bool against = std::any_of(gains.begin(), gains.end(),
+                                   [&](double gain) { return gain < -options.least_gain; });
+  if (!against && 2 * for_it >= options.least_blocks) options.least_blocks /= 2;
   return lamina::judge(gains, options);
 }
 

@@ -28,7 +28,8 @@ double room_depth(const SE3& T_map_camera, const Eigen::Vector3d& ray) {
   return depth;
 }
 
-DepthFrame image(const SE3& T_odom_body, bool arm) {
+// `bend`: 1/m by which all disparities are off, in waves down the image.
+DepthFrame image(const SE3& T_odom_body, bool arm, double bend) {
   DepthFrame frame;
   CameraModel& c = frame.camera.camera;
   c.width = kWidth;
@@ -42,19 +43,21 @@ DepthFrame image(const SE3& T_odom_body, bool arm) {
     for (int u = 0; u < kWidth; ++u) {
       const Eigen::Vector3d ray((u - c.cx) / c.fx, (v - c.cy) / c.fy, 1);
       const bool of_arm = arm && v >= 10 && v < 16;
-      const double depth = of_arm ? 0.7 : room_depth(T_odom_body * mounting(), ray);
+      const double depth =
+          of_arm ? 0.7
+                 : 1 / (1 / room_depth(T_odom_body * mounting(), ray) + bend * std::sin(0.2 * v));
       frame.raw.push_back(static_cast<std::uint16_t>(std::lround(5000 * depth)));
     }
   }
   return frame;
 }
 
-std::vector<bool> marked(double turn, bool arm) {
+std::vector<bool> marked(double turn, bool arm, double bend = 0) {
   std::vector<DepthFrame> frames;
   std::vector<SE3> poses;
   for (int k = 0; k < 12; ++k) {
     poses.emplace_back(SO3::rot_z(turn * k), Eigen::Vector3d(0.1 * k - 0.6, 0.05 * k, 0));
-    frames.push_back(image(poses.back(), arm));
+    frames.push_back(image(poses.back(), arm, bend));
   }
   std::vector<PosedImage> images;
   for (std::size_t k = 0; k < frames.size(); ++k) images.push_back({&frames[k], poses[k]});
@@ -74,6 +77,11 @@ TEST(RobotPixels, APartOfTheRobotStaysWhereTheWorldTurns) {
 
 TEST(RobotPixels, AFloorThatStaysAsFarIsTheWorlds) {
   const std::vector<bool> pixels = marked(0.25, false);
+  EXPECT_LT(std::count(pixels.begin(), pixels.end(), true), kWidth * kHeight / 100);
+}
+
+TEST(RobotPixels, AFloorThatImagesBendIsTheWorlds) {
+  const std::vector<bool> pixels = marked(0.25, false, 0.1);
   EXPECT_LT(std::count(pixels.begin(), pixels.end(), true), kWidth * kHeight / 100);
 }
 

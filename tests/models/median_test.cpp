@@ -1,3 +1,4 @@
+// The median of few values.
 #include <gtest/gtest.h>
 
 #include <lamina/models/median.hpp>
