@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
 #include <cmath>
 
 namespace lamina::apps {
@@ -15,20 +14,6 @@ bool contradicts(const Estimate& e) {
   constexpr double kGain = 9, kSigmas = 3;
   return e.bound > 0 && e.adoption.gain > kGain &&
          std::abs(e.found - e.stated) > e.bound + kSigmas * e.sigma;
-}
-
-// Clearly another value, by fewer blocks than state how far it can be trusted.
-bool is_unsure(const Estimate& e) {
-  constexpr double kGain = 50;  // as a cause that is adopted against all others
-  const AdoptionOptions options;
-  return e.adoption.blocks < options.least_blocks && e.adoption.gain > kGain &&
-         e.adoption.sigmas > options.least_sigmas;
-}
-
-// lidar.sweep_s: lidar_sweep_s_unsure.
-std::string unsure_id(std::string parameter) {
-  std::replace(parameter.begin(), parameter.end(), '.', '_');
-  return parameter + "_unsure";
 }
 
 // The entry of this parameter: what is asked again, or corrected further, is told once.
@@ -59,11 +44,6 @@ bool report(const Estimate& e, io::Metrics& metrics, const std::string& warning_
     metrics.warn(warning_id, fmt::format("{}: such a value is off by {:.3g} at most, something "
                                          "else is wrong; {}",
                                          value, e.bound, consequence));
-  } else if (is_unsure(e)) {
-    metrics.warn(unsure_id(e.parameter),
-                 fmt::format("{} fits much better (gain {:.0f}), but only {} stretches of the "
-                             "recording say so: kept as stated; state it, or record longer",
-                             value, e.adoption.gain, e.adoption.blocks));
   } else {
     spdlog::info(
         "kept as stated: {} does not fit better what was left out (gain {:.1f} over {} "

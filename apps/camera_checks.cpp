@@ -102,13 +102,23 @@ void take_robot(CameraLook& look, CameraFindings& all) {
                    100 * static_cast<double>(pixels) / static_cast<double>(robot.size()))});
 }
 
+// Whether an offset of disparities may be what looks like this mounting: it turns the floor's
+// normal by itself times the height.
+bool may_come_of_offset(const MountingVerdict& mounting, const SE3& stated) {
+  if (!mounting.wrong) return !mounting.never_seen;
+  const auto& T = mounting.best.correction.T_body_camera;
+  if (!T || !mounting.best.id.starts_with("camera_tilt")) return false;
+  const double turned = (stated.inverse() * *T).so3().log().norm();
+  return turned < MountingCheckOptions().most_offset * T->translation().z();
+}
+
 // A constant of all disparities, if any, that pays. What else puts the floor elsewhere misleads
-// walls as well; a tilt may come of an offset.
+// walls as well.
 std::optional<DepthOffset> offset_of(CameraLook& look, const CameraFixes& fixes,
                                      double least_gain) {
   if (!look.any()) return std::nullopt;
   const MountingVerdict mounting = look.verdict(fixes);
-  if (mounting.wrong && !mounting.best.id.starts_with("camera_tilt")) return std::nullopt;
+  if (!may_come_of_offset(mounting, look.camera().camera.T_body_camera)) return std::nullopt;
   const auto found = look.offset(fixes);
   if (!found || found->gain < least_gain) return std::nullopt;
   return found;

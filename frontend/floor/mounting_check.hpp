@@ -80,7 +80,7 @@ struct DepthOffset {
   double value = 0;    ///< 1/m: measured less true
   double gain = 0;     ///< of cost, against none
   Adoption adoption;   ///< by parts of the recording left out
-  bool clear = false;  ///< no wheel scale explains nearly as much, and most walls fit
+  bool clear = false;  ///< no wheel scale and no other mounting explain nearly as much
 };
 
 /// What a look over some tens of images found.

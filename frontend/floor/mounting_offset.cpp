@@ -127,10 +127,11 @@ std::optional<DepthOffset> MountingCheck::depth_offset() const {
   const auto blocks = static_cast<std::size_t>(AdoptionOptions().least_blocks);
   if (views_.size() < blocks || pairs.size() < views_.size() || !height_stated_)
     return std::nullopt;
-  const auto costs_of = [&](double offset, double wheels) {
+  const auto costs_of = [&](double offset, double wheels,
+                            const std::optional<SE3>& T_body_camera = {}) {
     CameraCorrection c;
     c.offset = offset;
-    c.T_body_camera = levelled(c);
+    c.T_body_camera = T_body_camera ? *T_body_camera : levelled(c);
     const SE3& T = *c.T_body_camera;
     Costs costs(blocks, prior_cost(T_body_camera_, T, options_) / static_cast<double>(blocks));
     for (const ViewPair& pair : pairs) {
@@ -144,10 +145,12 @@ std::optional<DepthOffset> MountingCheck::depth_offset() const {
       options_.steps, [&](double share) { return costs_of(share * options_.most_offset, 1); });
   const auto scales =
       swept(options_.steps, [&](double share) { return costs_of(0, std::exp2(2 * share)); });
+  const MountingVerdict verdict = this->verdict();
+  const double otherwise = std::min(sum(scales[least(scales, blocks)]),
+                                    sum(costs_of(0, 1, verdict.best.correction.T_body_camera)));
   DepthOffset found = best_of(offsets);
   found.value *= options_.most_offset / options_.steps;
-  found.clear = found.clear && sum(offsets[least(offsets, blocks)]) + options_.clear_by <
-                                   sum(scales[least(scales, blocks)]);
+  found.clear = found.clear && sum(offsets[least(offsets, blocks)]) + options_.clear_by < otherwise;
   return found;
 }
 
