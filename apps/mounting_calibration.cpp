@@ -87,6 +87,17 @@ bool is_contradiction(const MountingError::Place& found) {
   return found.value.norm() > 4 * MountingError::kPlacePrior;
 }
 
+// As every contradiction, by half as many blocks as state a spread where these gain much.
+bool wins_clearly(const MountingError::Place& found) {
+  constexpr double kClear = 50;  // of the gain
+  const AdoptionOptions options;
+  const Adoption& by = found.adoption;
+  const double sigma = std::sqrt(found.covariance.trace());
+  return by.gain > kClear && by.sigmas > options.least_sigmas &&
+         2 * by.blocks >= options.least_blocks &&
+         found.value.norm() > student_quantile(by.blocks - 1.0) * sigma;
+}
+
 MountingCorrection correction_by(const MountingError::Place& found) {
   return {Eigen::Vector3d::Zero(), {-found.value.x(), -found.value.y(), 0}};
 }
@@ -184,13 +195,13 @@ class LevelScanner {
   // Corrected only where it wins clearly, and of cameras those stay which then see the same walls.
   std::optional<MountingContradiction> settle_contradiction(
       const std::vector<PairedMotion>& pieces) {
-    constexpr double kClear = 50;  // of the gain: as for every contradiction
-    const auto found = by_turns(error_of(pieces));
+    const auto found = error_of(pieces).place();
     if (!found || !is_contradiction(*found)) return std::nullopt;
+    const bool clear = wins_clearly(*found);
+    if (!clear && !found->adoption.adopted) return std::nullopt;
     const Eigen::Vector2d stated = T_body_lidar_.translation().head<2>();
     MountingContradiction result{stated, stated - found->value,
-                                 found->covariance.diagonal().cwiseSqrt(),
-                                 found->adoption.gain > kClear, false};
+                                 found->covariance.diagonal().cwiseSqrt(), clear, false};
     if (!result.corrected) return result;
     const MountingCorrection correction = correction_by(*found);
     const bool images = std::any_of(steps_.begin(), steps_.end(), is_image);
