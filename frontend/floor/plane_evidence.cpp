@@ -42,6 +42,7 @@ std::vector<std::uint8_t> columns_of(const std::vector<std::uint8_t>& marks, int
   const int first = step / 2;
   const std::size_t count = static_cast<std::size_t>(std::max(0, width - first + step - 1) / step);
   std::vector<std::uint8_t> columns(count * length);
+  if (columns.empty()) return columns;
   const std::uint8_t* row = marks.data();
   for (std::size_t v = 0; v < length; ++v, row += width) {
     std::uint8_t* to = columns.data() + v;

@@ -225,11 +225,10 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   const bool unlike =
       !guess && usual_.gap_before(frame.stamp) && (a.unknown > 0 || usual_.worse(a.matched));
   const bool lost = unlike || a.matched < options_.lost_matched || a.unknown == 6;
-  if (lost) {
+  if (lost)
     usual_.began(frame.stamp);
-  } else if (!frozen) {
+  else if (!frozen)
     usual_.tracked(frame.stamp, a.matched);
-  }
   report_match(a, lost, motion);
   const SE3 step = lost ? expected.T_prev_curr : T_world_camera_.inverse() * a.T_world_camera;
   motion.T_prev_curr_body = T_body_camera * step * T_body_camera.inverse();

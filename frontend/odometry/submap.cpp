@@ -1,14 +1,15 @@
 // Fans of free sight, and how points vote against them.
 #include <lamina/frontend/odometry/submap.hpp>
 
+#include <lamina/models/checked_cast.hpp>
+
 namespace lamina {
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
 int bin_of(double bearing) {
-  const int bin = static_cast<int>((bearing + kPi) / (2 * kPi) * SightFan::kBins);
-  return std::clamp(bin, 0, SightFan::kBins - 1);
+  return to_whole((bearing + kPi) / (2 * kPi) * SightFan::kBins, 0, SightFan::kBins - 1);
 }
 
 }  // namespace
