@@ -62,7 +62,8 @@ void ScanOdometry::hold_to_wheels(const PlanarPrior& wheels, const Prediction& p
                                   const GoingOn& before, LineMatch& match) const {
   if (map_.empty() || contradiction(match, prediction) < options_.contradiction_chi_squared) return;
   // Wheels that stand do not go on: they may not be counted, and a robot that stands does not tip.
-  if (prediction.T_prev_curr.translation().norm() < kStands) return;
+  const PlanarPose& counted = prediction.T_prev_curr;  // a radian counts as a metre
+  if (std::hypot(counted.translation().norm(), counted.yaw) < kStands) return;
   const auto from_before = [&](const PlanarPose& T_map_scan) {
     return before.motion.inverse() * (T_local_body_.inverse() * T_map_scan);
   };
