@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include <lamina/frontend/floor/mounting_check.hpp>
 #include <lamina/frontend/odometry/matched_pieces.hpp>
 #include <lamina/frontend/odometry/mounting_error.hpp>
 #include <lamina/frontend/segments/ground_lines.hpp>
@@ -89,11 +90,10 @@ bool is_contradiction(const MountingError::Place& found) {
 
 // As every contradiction, by half as many blocks as state a spread where these gain much.
 bool wins_clearly(const MountingError::Place& found) {
-  constexpr double kClear = 50;  // of the gain
   const AdoptionOptions options;
   const Adoption& by = found.adoption;
   const double sigma = std::sqrt(found.covariance.trace());
-  return by.gain > kClear && by.sigmas > options.least_sigmas &&
+  return by.gain > MountingCheckOptions().wins_by && by.sigmas > options.least_sigmas &&
          2 * by.blocks >= options.least_blocks &&
          found.value.norm() > student_quantile(by.blocks - 1.0) * sigma;
 }

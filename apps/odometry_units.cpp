@@ -25,14 +25,14 @@ const ScannerCheckOptions kOptions;
 struct Piece {
   SE3 images, wheels;
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  // of the images alone
-  bool told = true;
+  bool measured = true;
 
   static bool moved(const SE3& T) {
     return T.translation().norm() > kOptions.travelling || T.so3().log().norm() > kOptions.turning;
   }
   bool whole() const { return moved(images) || moved(wheels); }
   double cost(double way) const {
-    if (!told) return kOptions.most_cost;
+    if (!measured) return kOptions.most_cost;
     const SE3 by_wheels(wheels.so3(), way * wheels.translation());
     const PlanarPose off = planar_part(by_wheels.inverse() * images);
     const Eigen::Vector3d e(off.x, off.y, off.yaw);
@@ -74,11 +74,11 @@ std::vector<Piece> pieces_of(const OpenInUnits& open, const OdometryUnits& units
     const DepthMotion motion = odometry.process(*frame, loose(moved));
     last = frame->stamp;
     if (!follows || !known) continue;
-    piece.told = piece.told && moved && motion.explained && !motion.doubtful;
+    piece.measured = piece.measured && moved && motion.explained && !motion.doubtful;
     piece.images = piece.images * motion.T_prev_curr_body;
     piece.wheels = piece.wheels * (moved ? moved->T_from_to : SE3());
     piece.covariance += covariance_of(motion);
-    if (piece.told && !piece.whole()) continue;
+    if (piece.measured && !piece.whole()) continue;
     pieces.push_back(piece);
     piece = Piece();
   }
@@ -96,12 +96,12 @@ struct Claim {
     for (const Piece& piece : pieces) sum += piece.cost(factor);
     mean = pieces.empty() ? kOptions.most_cost : sum / static_cast<double>(pieces.size());
   }
-  // The way that fits most of the pieces told.
+  // The way that fits most of the pieces measured.
   void fit_factor() {
     std::vector<double> ratios;
     for (const Piece& piece : pieces) {
       const double way = piece.wheels.translation().norm();
-      if (piece.told && way > kOptions.sigma_way)
+      if (piece.measured && way > kOptions.sigma_way)
         ratios.push_back(piece.images.translation().dot(piece.wheels.translation()) / (way * way));
     }
     if (ratios.size() < kOptions.least_pairs) return;

@@ -17,6 +17,7 @@ struct RobotPixelsOptions {
   std::size_t headings = 4;     ///< at least: by fewer, walls pass for the robot
   double steady = 0.85;         ///< share of headings in which a cell has its usual depth
   double tolerance = 0.02;      ///< of the depth, which is alike so far, beside its noise
+  double sigmas = 3;            ///< of the stated noise, likewise
   double moved = 0.2;           ///< of the depth: a point's way that shows what is behind it
   double nearer = 0.8;          ///< of the ground's depth: images bend by less
   std::size_t views = 6;        ///< in a row that see the same place of the world
@@ -51,9 +52,8 @@ Headings by_heading(const std::vector<PosedImage>& images, double apart) {
 }
 
 double noise_of(const DepthFrame& like, double z, double share) {
-  constexpr double kSigmas = 3;
   const double sigma = like.camera.noise.sigma_depth(z) + like.camera.noise.quantisation(z);
-  return std::max(share * z, std::isfinite(sigma) ? kSigmas * sigma : 0.0);
+  return std::max(share * z, std::isfinite(sigma) ? RobotPixelsOptions().sigmas * sigma : 0.0);
 }
 
 // The depth (m) that a pixel has in nearly all headings; 0: none.
