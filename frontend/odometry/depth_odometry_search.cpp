@@ -151,18 +151,26 @@ bool DepthOdometry::overrule(const DepthBlocks& current, Expectation& e, Alignme
   const SE3 begun(SE3::exp(0.5 * e.T_going_on.log()));
   double best = 2 * options_.search_gain;  // pieces that were matched by chance come and go
   const SE3 by_wheels = T_world_camera_ * e.T_prev_curr;
+  const auto across = [&](const Alignment& at) {
+    return AcrossFloor((at.T_world_camera.inverse() * by_wheels).log(), e.covariance,
+                       at.information, e.T_body_camera);
+  };
+  // Where the image rests within the wheels' noise it must fit clearly worse, too: half a degree,
+  // which wheels leave open, lays a wall beside itself.
+  const Alignment with_wheels = a;
+  const bool in_noise = across(a).sigmas_squared <= options_.told_chi_squared;
   for (const SE3& T_prev_curr : {e.T_prev_curr, e.T_going_on, ended, begun}) {
     Alignment other;
     const SE3 start = other.T_world_camera = T_world_camera_ * T_prev_curr;
     align(current, start, free.information, other, options_.coarse_iterations,
           options_.fine_iterations);
-    const AcrossFloor way((other.T_world_camera.inverse() * by_wheels).log(), e.covariance,
-                          other.information, e.T_body_camera);
+    const AcrossFloor way = across(other);
     if (!(way.sigmas_squared > options_.told_chi_squared)) continue;
     if (!explains(current, other.T_world_camera)) continue;
     // Wheels say nothing of a body that tilts.
-    const double gained =
-        gain(current, other.T_world_camera * SE3::exp(way.d), other.T_world_camera);
+    double gained = gain(current, other.T_world_camera * SE3::exp(way.d), other.T_world_camera);
+    if (in_noise)
+      gained = std::min(gained, gain(current, with_wheels.T_world_camera, other.T_world_camera));
     if (gained <= best) continue;
     best = gained;
     e.overruled = true;
