@@ -4,6 +4,8 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 
 #include <lamina/frontend/odometry/line_matcher.hpp>
 #include <lamina/frontend/odometry/sweep.hpp>
@@ -57,6 +59,20 @@ const Shot* differently_turning(const std::vector<Shot>& near, const Shot& now) 
     best = &shot;
   }
   return best;
+}
+
+// Of all ways to draw signs for the gains of a few blocks, the share that sum up to no less.
+double by_chance(const std::vector<double>& gains) {
+  const unsigned ways = 1U << gains.size();
+  const double reached = std::accumulate(gains.begin(), gains.end(), 0.0);
+  unsigned as_much = 0;
+  for (unsigned signs = 0; signs < ways; ++signs) {
+    double sum = 0;
+    for (std::size_t k = 0; k < gains.size(); ++k)
+      sum += (signs >> k & 1) ? std::abs(gains[k]) : -std::abs(gains[k]);
+    if (sum >= reached) ++as_much;
+  }
+  return static_cast<double>(as_much) / ways;
 }
 
 double block_of(Timestamp stamp) { return std::floor(stamp.seconds() / AdoptionOptions().block_s); }
@@ -207,14 +223,16 @@ Adoption SweepFinder::judge(double sweep, const std::vector<double>& left_out) c
     const auto k = static_cast<std::size_t>(blocks.of(pair.turning.scan.stamp));
     gains[k] += squares(pair, 0) - squares(pair, left_out[k]);
   }
-  // Half as many blocks do where each of them alone gains what is asked of all, and none loses it:
-  // a robot may turn seldom, and pairs of scans share no errors but within a turn.
+  // Fewer blocks do where chance would hardly gain as much: a robot may turn seldom, and pairs of
+  // scans share no errors but within a turn.
   AdoptionOptions options;
-  const auto for_it = std::count_if(gains.begin(), gains.end(),
-                                    [&](double gain) { return gain > options.least_gain; });
-  const bool against = std::any_of(gains.begin(), gains.end(),
-                                   [&](double gain) { return gain < -options.least_gain; });
-  if (!against && 2 * for_it >= options.least_blocks) options.least_blocks /= 2;
+  std::vector<double> clear;
+  std::copy_if(gains.begin(), gains.end(), std::back_inserter(clear),
+               [&](double gain) { return std::abs(gain) > options.least_gain; });
+  const int half = options.least_blocks / 2;
+  if (static_cast<int>(clear.size()) < options.least_blocks &&
+      by_chance(clear) <= 1.0 / (1 << half))
+    options.least_blocks = half;
   return lamina::judge(gains, options);
 }
 

@@ -24,9 +24,10 @@ double range_in_room(const Eigen::Vector2d& at, const Eigen::Vector2d& ray) {
   return range;
 }
 
-// `clutter` (m): what ranges are off by beyond their noise, as where soft things move.
+// `clutter` (m): what ranges are off by beyond their noise, as where soft things move; `slip`: what
+// is added to the share of a turn's rate that is known of one block.
 struct Faults {
-  double jitter = 0, clutter = 0;
+  double jitter = 0, clutter = 0, slip = 0;
 };
 
 // A scan whose beam takes `sweep` (negative: the last beam comes first), begun at a heading by a
@@ -64,6 +65,7 @@ std::optional<SweepFinder::Found> found(double sweep, int blocks, const Faults& 
     scan.time_increment = stated;
     Vector6d velocity = Vector6d::Zero();
     velocity(5) = rate;
+    if (block == 2) velocity(5) *= 1 + faults.slip;
     finder.add(scan, {0.3, -0.4, heading}, velocity);
   }
   const auto told = finder.found();
@@ -94,6 +96,10 @@ TEST(SweepFinder, NoneIsFoundInBadStampsAndClutter) {
 }
 
 TEST(SweepFinder, BeamsAtOnceStayAtOnce) { EXPECT_FALSE(found(0, kEnough)); }
+
+TEST(SweepFinder, ATurnThatContradictsSevenOthersIsOutvoted) {
+  EXPECT_TRUE(found(0.08, 8, {0, 0, -1.5}));
+}
 
 TEST(SweepFinder, FewTurnsTellNothing) { EXPECT_FALSE(found(0.08, 2)); }
 
