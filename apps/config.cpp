@@ -2,8 +2,8 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 
-#include <lamina/apps/settings.hpp>
 #include <lamina/apps/verbs.hpp>
+#include <lamina/pipeline/config/settings.hpp>
 
 namespace lamina::apps {
 
@@ -17,7 +17,7 @@ Verb config_verb() {
             app.add_flag("--markdown", *markdown, "the same as a table: docs/parameters.md")
                 ->excludes(yaml);
             return [markdown, defaults]() {
-              std::cout << (*markdown ? to_markdown(Settings{}) : to_yaml(Settings{}, true));
+              std::cout << (*markdown ? to_markdown(MapOptions{}) : to_yaml(MapOptions{}, true));
               return kDone;
             };
           }};

@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <iostream>
 
-#include <lamina/apps/evaluation.hpp>
-#include <lamina/apps/map_folder.hpp>
 #include <lamina/apps/verbs.hpp>
+#include <lamina/io/map_folder.hpp>
 #include <lamina/models/error.hpp>
+#include <lamina/pipeline/evaluation/evaluation.hpp>
 
 namespace lamina::apps {
 
@@ -78,7 +78,7 @@ Verb evaluate_verb() {
                            "fail when more than this share of free cells is not free, 0 to 1");
             return [o]() {
               require_limits(o->limits);
-              require_map_folder(o->map);
+              io::require_map_folder(o->map);
               const Evaluation evaluation = evaluate(
                   o->map, o->truth, options_of(o->align, o->by_index, o->truth, o->relations));
               std::cout << to_text(evaluation);

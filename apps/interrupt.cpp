@@ -8,6 +8,7 @@
 #include <array>
 #include <atomic>
 #include <cstring>
+#include <limits>
 
 namespace lamina::apps {
 namespace {
@@ -92,10 +93,9 @@ void InterruptGuard::all_is_written() { state.written = true; }
 
 bool InterruptGuard::interrupted() const { return state.seen; }
 
-bool InterruptGuard::ending() const { return state.seen && state.timed; }
-
-bool InterruptGuard::out_of_time(double reserve) const {
-  return ending() && static_cast<double>(state.end_ns - now_ns()) < 1e9 * reserve;
+double InterruptGuard::seconds_left() const {
+  if (!state.seen || !state.timed) return std::numeric_limits<double>::infinity();
+  return 1e-9 * static_cast<double>(state.end_ns - now_ns());
 }
 
 }  // namespace lamina::apps

@@ -5,9 +5,6 @@
 
 namespace lamina::apps {
 
-/// Thrown where a stage is ended because no time is left for it.
-struct EndedEarly {};
-
 /// What a signal does while one of these lives. Every second signal ends the program at once.
 class InterruptGuard {
  public:
@@ -35,10 +32,8 @@ class InterruptGuard {
   void all_is_written();
   /// A signal came.
   bool interrupted() const;
-  /// A signal came, and the end is near: nothing long is to be begun, what is under way to end.
-  bool ending() const;
-  /// The end is nearer than `reserve` seconds.
-  bool out_of_time(double reserve) const;
+  /// s until the end after a signal, infinity before one (or where none ends the program).
+  double seconds_left() const;
 
  private:
   Kind kind_;

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <lamina/io/figure_names.hpp>
 #include <lamina/viewer/live_data.hpp>
 #include <lamina/viewer/map_data.hpp>
 #include <lamina/viewer/parts.hpp>
@@ -14,7 +15,7 @@ constexpr double kLooksOn = 10;  // s since a browser last asked
 constexpr std::size_t kBeams = 120, kMostPoints = 400000;
 
 // As metrics.json, of what is known already.
-std::string metrics_text(const io::Metrics& metrics) {
+std::string metrics_text(const Diagnostics& metrics) {
   nlohmann::ordered_json json;
   json["stages"] = nlohmann::ordered_json::object();
   for (const auto& [name, stage] : metrics.stages) {
@@ -23,7 +24,7 @@ std::string metrics_text(const io::Metrics& metrics) {
                             {"p95_ms", stage.percentile_ms(95)}};
   }
   json["skipped"] = metrics.skipped;
-  json["counts"] = metrics.counts;
+  json["counts"] = io::by_name(metrics.counts);
   return json.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
@@ -31,7 +32,7 @@ std::string metrics_text(const io::Metrics& metrics) {
 
 struct LivePage::Picture {
   viewer::LivePicture shown;
-  io::Metrics metrics;
+  Diagnostics metrics;
   std::vector<std::shared_ptr<const Ends>> scans;
 };
 
@@ -90,7 +91,7 @@ void LivePage::keep(const Step& step) {
 }
 
 std::unique_ptr<LivePage::Picture> LivePage::begin(const char* doing,
-                                                   const io::Metrics& metrics) const {
+                                                   const Diagnostics& metrics) const {
   auto picture = std::make_unique<Picture>();
   picture->shown.name = std::filesystem::path(recording_).filename().string();
   picture->shown.doing = doing;
@@ -102,7 +103,7 @@ std::unique_ptr<LivePage::Picture> LivePage::begin(const char* doing,
   return picture;
 }
 
-void LivePage::hand_over(std::unique_ptr<Picture> picture, Clock::time_point since) {
+void LivePage::transfer(std::unique_ptr<Picture> picture, Clock::time_point since) {
   {
     const std::lock_guard lock(mutex_);
     next_ = std::move(picture);
@@ -112,23 +113,23 @@ void LivePage::hand_over(std::unique_ptr<Picture> picture, Clock::time_point sin
   cost_s_ = std::chrono::duration<double>(last_ - since).count();
 }
 
-void LivePage::read(const Step& step, const io::Metrics& metrics) {
+void LivePage::read(const Step& step, const Diagnostics& metrics) {
   keep(step);
   path_.add(step.observations.stamp, step.T_start_body);
   if (!due()) return;
   const auto since = Clock::now();
   auto picture = begin("reading", metrics);
   picture->shown.map.trajectory = path_;
-  hand_over(std::move(picture), since);
+  transfer(std::move(picture), since);
 }
 
-void LivePage::mapped(const Step& step, const Mapper& mapper, const io::Metrics& metrics) {
+void LivePage::mapped(const Step& step, const Mapper& mapper, const Diagnostics& metrics) {
   if (path_.empty()) keep(step);  // else the first pass has kept it
   if (!due()) return;
   refining(mapper, metrics);
 }
 
-void LivePage::refining(const Mapper& mapper, const io::Metrics& metrics) {
+void LivePage::refining(const Mapper& mapper, const Diagnostics& metrics) {
   if (!server_.wanted(kLooksOn)) return;
   const auto since = Clock::now();
   auto picture = begin(done_ == total_ && total_ > 0 ? "refining" : "mapping", metrics);
@@ -136,7 +137,7 @@ void LivePage::refining(const Mapper& mapper, const io::Metrics& metrics) {
   for (const Keyframe& keyframe : mapper.graph().keyframes) {
     picture->shown.keyframes.push_back(keyframe.T_map_body);
   }
-  hand_over(std::move(picture), since);
+  transfer(std::move(picture), since);
 }
 
 // The encoder's thread.

@@ -12,9 +12,9 @@
 #include <thread>
 #include <vector>
 
-#include <lamina/apps/front_end.hpp>
-#include <lamina/backend/mapper.hpp>
-#include <lamina/io/metrics.hpp>
+#include <lamina/backend/mapper/mapper.hpp>
+#include <lamina/frontend/frontend.hpp>
+#include <lamina/models/diagnostics.hpp>
 #include <lamina/viewer/live_server.hpp>
 
 namespace lamina::apps {
@@ -34,9 +34,9 @@ class LivePage {
   /// Measurements so far, of how many (nullopt: not known).
   void progress(std::int64_t done, std::optional<std::int64_t> total);
   /// A step that is not mapped yet: the path by dead reckoning.
-  void read(const Step& step, const io::Metrics& metrics);
-  void mapped(const Step& step, const Mapper& mapper, const io::Metrics& metrics);
-  void refining(const Mapper& mapper, const io::Metrics& metrics);
+  void read(const Step& step, const Diagnostics& metrics);
+  void mapped(const Step& step, const Mapper& mapper, const Diagnostics& metrics);
+  void refining(const Mapper& mapper, const Diagnostics& metrics);
   /// The results are in `folder`: shows them, and gives a page that looks on a few seconds to ask.
   void finished(const std::filesystem::path& folder);
 
@@ -50,8 +50,8 @@ class LivePage {
 
   bool due() const;
   void keep(const Step& step);
-  std::unique_ptr<Picture> begin(const char* doing, const io::Metrics& metrics) const;
-  void hand_over(std::unique_ptr<Picture> picture, Clock::time_point since);
+  std::unique_ptr<Picture> begin(const char* doing, const Diagnostics& metrics) const;
+  void transfer(std::unique_ptr<Picture> picture, Clock::time_point since);
   void encode();
   void stop();
   double seconds() const;

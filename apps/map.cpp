@@ -1,17 +1,89 @@
-// `lamina map`: options of the verb.
+// `lamina map`: a recording in, a map out.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
 
-#include <lamina/apps/mapping.hpp>
+#include <lamina/apps/run_display.hpp>
 #include <lamina/apps/verbs.hpp>
+#include <lamina/io/atomic_file.hpp>
+#include <lamina/models/error.hpp>
+#include <lamina/pipeline/checkpoint.hpp>
+#include <lamina/pipeline/config/map_request.hpp>
+#include <lamina/pipeline/map.hpp>
+#include <lamina/pipeline/write_results.hpp>
+#include <lamina/viewer/report.hpp>
 
 namespace lamina::apps {
+namespace {
+
+struct MapCommand : MapRequest {
+  bool quiet = false;
+  std::optional<std::string> live;  ///< [ADDRESS:]PORT of the page to look on, empty: the default
+};
+
+// What signals do, and what is said where they leave no time to write.
+InterruptGuard guard(const MapCommand& command) {
+  const bool live = command.input.rfind("openni:", 0) == 0;
+  const std::string again = command.resume ? "the same command" : "the same command with --resume";
+  return {live ? InterruptGuard::Kind::kEndsReading : InterruptGuard::Kind::kWithinASecond,
+          "warning: interrupted before there was a map: nothing was written" +
+              std::string(command.resume ? ", the checkpoint is as it was" : ""),
+          "warning: interrupted: there was no time to write the map; " + again +
+              " goes on from the last checkpoint"};
+}
+
+void require_planes(const MapResult& result) {
+  const Diagnostics& diagnostics = result.diagnostics();
+  if (!result.map.planes.empty()) return;
+  std::string causes, more;
+  for (const Warning& warning : diagnostics.warnings) {
+    if (causes.empty()) {
+      causes = "; " + warning.text;
+    } else {
+      more += (more.empty() ? "; also: " : ", ") + warning.id;
+    }
+  }
+  throw Error(fmt::format(
+      "{}: found no plane in {:.0f} frames and scans ({}{}{}), expected walls or floor that "
+      "several of them see; the files written hold none",
+      result.recording, static_cast<double>(diagnostics.counts.steps), skipped_text(diagnostics),
+      causes, more));
+}
+
+int run(const MapCommand& command) {
+  set_up_log(command.quiet);
+  InterruptGuard interrupt = guard(command);
+  const auto [source, options] = requested(command);
+  io::make_results_folder(command.output);
+  std::optional<LivePage> page;
+  if (command.live) {
+    page.emplace(*command.live, command.input);
+    fmt::print(stderr, "live map: {}\n", page->url());
+  }
+  RunDisplay display(interrupt, command.quiet, page ? &*page : nullptr, command.output);
+  const MapResult result = map(source, options, display);
+  const WrittenResults written = write_results(command.output, result, display);
+  viewer::write_report(command.output);
+  const bool whole = written.whole && !result.stopped;
+  if (whole) Checkpoint::remove(command.output);
+  interrupt.all_is_written();
+  if (page) page->finished(command.output);
+  fmt::print("{}", written.summary);
+  if (whole && !interrupt.interrupted()) require_planes(result);
+  for (const std::string& line : result.notes) spdlog::warn(line);
+  for (const Warning& warning : result.diagnostics().warnings) spdlog::warn(warning.text);
+  return 0;
+}
+
+}  // namespace
 
 Verb map_verb() {
   return {
       "map", "maps a recording or a live sensor",
       "lamina map recording.log --output out/recording --set window.keyframes=30",
       [](CLI::App& app) {
-        auto request = std::make_shared<MapRequest>();
+        auto request = std::make_shared<MapCommand>();
         auto mode = std::make_shared<std::string>("offline");
         app.add_option("INPUT", request->input,
                        "dataset folder, .oni, .log, .clf, .rawlog, .bag, .pcd, or openni:[URI]")
@@ -37,7 +109,7 @@ Verb map_verb() {
         return [request, mode, live, live_flag]() {
           request->online = *mode == "online";
           if (live_flag->count() > 0) request->live = *live;
-          return run_map(*request);
+          return run(*request);
         };
       }};
 }

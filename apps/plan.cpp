@@ -6,13 +6,13 @@
 #include <cmath>
 #include <iostream>
 
-#include <lamina/apps/map_folder.hpp>
-#include <lamina/apps/settings.hpp>
 #include <lamina/apps/verbs.hpp>
 #include <lamina/grid/planner.hpp>
 #include <lamina/io/grid_files.hpp>
+#include <lamina/io/map_folder.hpp>
 #include <lamina/io/path_files.hpp>
 #include <lamina/models/error.hpp>
+#include <lamina/pipeline/config/settings.hpp>
 
 namespace lamina::apps {
 namespace {
@@ -33,7 +33,7 @@ Eigen::Vector2d point_of(const std::string& text, const std::string& option) {
 
 // The robot's radius and step of the run that made the map.
 PlannerOptions options_of(const std::filesystem::path& map) {
-  Settings settings;
+  MapOptions settings;
   if (std::filesystem::exists(map / "config.yaml")) load(settings, map / "config.yaml");
   PlannerOptions options;
   options.robot_radius = settings.robot.radius;
@@ -42,7 +42,7 @@ PlannerOptions options_of(const std::filesystem::path& map) {
 }
 
 int plan(const std::filesystem::path& map, const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
-  if (!std::filesystem::exists(map / "grid" / "grid.yaml")) require_map_folder(map);
+  if (!std::filesystem::exists(map / "grid" / "grid.yaml")) io::require_map_folder(map);
   const NavigabilityGrid grid = io::read_grid(map / "grid").grid;
   const Plan plan = plan_path(grid, from, to, options_of(map));
   if (plan.status != PlanStatus::kFound) {

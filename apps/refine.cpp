@@ -1,12 +1,61 @@
 // `lamina refine`: solves again what is already a graph.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
 #include <CLI/CLI.hpp>
 
-#include <lamina/apps/refine_plane_graph.hpp>
-#include <lamina/apps/refine_session.hpp>
+#include <lamina/apps/run_display.hpp>
 #include <lamina/apps/verbs.hpp>
+#include <lamina/io/atomic_file.hpp>
 #include <lamina/models/error.hpp>
+#include <lamina/pipeline/config/settings.hpp>
+#include <lamina/pipeline/evaluation/solver_benchmark.hpp>
+#include <lamina/pipeline/refine_sessions.hpp>
+#include <lamina/pipeline/write_results.hpp>
+#include <lamina/viewer/report.hpp>
 
 namespace lamina::apps {
+namespace {
+
+MapOptions options_of_text(const std::string& yaml, const std::string& name) {
+  MapOptions options;
+  load_text(options, yaml, name);
+  options.to_yaml = &to_yaml;
+  return options;
+}
+
+int refine(const std::vector<std::filesystem::path>& inputs, const std::filesystem::path& output,
+           bool quiet) {
+  set_up_log(quiet);
+  InterruptGuard interrupt(InterruptGuard::Kind::kWithinASecond,
+                           "warning: interrupted: nothing was written, the maps are as they were",
+                           "warning: interrupted: there was no time to write the map; the maps it "
+                           "was made from are as they were");
+  RunDisplay display(interrupt, quiet, nullptr, output);
+  io::make_results_folder(output);
+  const MapResult result = refine_sessions(inputs, options_of_text, output, display);
+  const WrittenResults written = write_results(output, result, display);
+  viewer::write_report(output);
+  for (const Warning& warning : result.diagnostics().warnings) spdlog::warn(warning.text);
+  interrupt.all_is_written();
+  fmt::print("{}", written.summary);
+  return 0;
+}
+
+// A benchmark problem: signals end the iterations, what stands is written.
+int solve(const std::filesystem::path& input, const std::filesystem::path& output,
+          std::optional<int> window) {
+  InterruptGuard interrupt(InterruptGuard::Kind::kWithinASecond, "",
+                           "warning: interrupted: there was no time to write the poses");
+  interrupt.something_stands();
+  const RunDisplay display(interrupt, true, nullptr);
+  const SolvedBenchmark solved =
+      solve_benchmark(input, output, window, [&display] { return display.hurried(); });
+  fmt::print("{}\n", solved.summary);
+  return solved.converged ? 0 : 1;
+}
+
+}  // namespace
 
 Verb refine_verb() {
   return {
@@ -42,13 +91,14 @@ Verb refine_verb() {
                 ".planegraph and --mode online");
           }
           if (!problem) {
-            return refine_sessions({o->inputs.begin(), o->inputs.end()}, o->output, o->quiet);
+            return refine({o->inputs.begin(), o->inputs.end()}, o->output, o->quiet);
           }
           if (o->inputs.size() != 1) {
             throw Error(o->inputs[1] + ": a .planegraph is solved alone, expected one input");
           }
           constexpr int kKeyframes = 20;
-          return refine_plane_graph(input, o->output, online, o->keyframes.value_or(kKeyframes));
+          return solve(input, o->output,
+                       online ? std::optional(o->keyframes.value_or(kKeyframes)) : std::nullopt);
         };
       }};
 }

@@ -7,10 +7,10 @@
 #include <filesystem>
 
 #include <lamina/apps/interrupt.hpp>
-#include <lamina/apps/nearest.hpp>
 #include <lamina/apps/progress.hpp>
 #include <lamina/apps/verbs.hpp>
 #include <lamina/models/error.hpp>
+#include <lamina/pipeline/config/nearest.hpp>
 #include <lamina/sim/dataset.hpp>
 
 namespace lamina::apps {

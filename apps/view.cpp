@@ -4,9 +4,9 @@
 
 #include <filesystem>
 
-#include <lamina/apps/evaluation.hpp>
-#include <lamina/apps/map_folder.hpp>
 #include <lamina/apps/verbs.hpp>
+#include <lamina/io/map_folder.hpp>
+#include <lamina/pipeline/evaluation/evaluation.hpp>
 #include <lamina/viewer/report.hpp>
 
 namespace lamina::apps {
@@ -20,7 +20,7 @@ Verb view_verb() {
             app.add_option("--truth", *truth,
                            "as for `evaluate`: evaluation.json is written and errors are shown");
             return [map, truth]() {
-              require_map_folder(*map);
+              io::require_map_folder(*map);
               if (!truth->empty()) {
                 write_evaluation(std::filesystem::path(*map) / "evaluation.json",
                                  evaluate(*map, *truth));

@@ -31,8 +31,18 @@ if(LAMINA_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
 endif()
 
 # Headers are included as <lamina/FOLDER/NAME.hpp>, in the tree as after installation.
-file(MAKE_DIRECTORY ${CMAKE_BINARY_DIR}/include)
-file(CREATE_LINK ${CMAKE_SOURCE_DIR} ${CMAKE_BINARY_DIR}/include/lamina SYMBOLIC)
+function(lamina_include_tree)
+  set(tree ${CMAKE_BINARY_DIR}/include/lamina)
+  if(IS_SYMLINK ${tree})  # of an earlier version
+    file(REMOVE ${tree})
+  endif()
+  file(MAKE_DIRECTORY ${tree})
+  foreach(folder IN LISTS LAMINA_FOLDERS ITEMS apps)
+    file(CREATE_LINK ${CMAKE_SOURCE_DIR}/${folder} ${tree}/${folder} SYMBOLIC)
+  endforeach()
+  file(CREATE_LINK ${CMAKE_SOURCE_DIR}/pipeline/config/lamina.hpp ${tree}/lamina.hpp SYMBOLIC)
+  configure_file(${CMAKE_SOURCE_DIR}/cmake/version.hpp.in ${tree}/version.hpp @ONLY)
+endfunction()
 
 # Eigen and the standard containers are parsed once: 2 s less for every file; tests have GMock too.
 function(lamina_precompiled_header)
@@ -118,6 +128,17 @@ macro(lamina_pkg_dependency prefix)
   endif()
 endmacro()
 
+# lamina_sources(OUT FOLDER...): the .cpp files of the folders (relative to this one), rooms included
+# only where they are named. A file that is added or removed is noticed by the next build.
+function(lamina_sources out)
+  set(found)
+  foreach(folder IN LISTS ARGN)
+    file(GLOB files CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${folder}/*.cpp)
+    list(APPEND found ${files})
+  endforeach()
+  set(${out} ${found} PARENT_SCOPE)
+endfunction()
+
 function(lamina_remember_dependency call)
   string(REPLACE ";" " " call "${call}")
   set_property(DIRECTORY APPEND PROPERTY LAMINA_DEPENDENCIES "${call}")
@@ -150,6 +171,9 @@ function(lamina_add_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
+  endif()
+  if(NOT ARG_LABELS)
+    set(ARG_LABELS unit)
   endif()
   if(LAMINA_SANITIZE)
     math(EXPR ARG_TIMEOUT "10 * ${ARG_TIMEOUT}")
@@ -223,10 +247,14 @@ function(lamina_install)
   get_property(libraries GLOBAL PROPERTY LAMINA_LIBRARIES)
   list(TRANSFORM libraries PREPEND lamina_ OUTPUT_VARIABLE targets)
   install(TARGETS ${targets} EXPORT lamina-targets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  foreach(folder IN LISTS libraries)
+  # What only the library's own files include stays here.
+  foreach(folder IN LISTS LAMINA_FOLDERS)
     install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lamina
-            FILES_MATCHING PATTERN "*.hpp")
+            FILES_MATCHING PATTERN "*.hpp" PATTERN "*_impl.hpp" EXCLUDE PATTERN "*_step.hpp" EXCLUDE
+            PATTERN "raster_*.hpp" EXCLUDE PATTERN "term_group.hpp" EXCLUDE)
   endforeach()
+  install(FILES ${CMAKE_SOURCE_DIR}/pipeline/config/lamina.hpp ${CMAKE_BINARY_DIR}/include/lamina/version.hpp
+          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lamina)
   set(destination ${CMAKE_INSTALL_LIBDIR}/cmake/lamina)
   install(EXPORT lamina-targets NAMESPACE lamina:: DESTINATION ${destination})
   lamina_config_dependencies()

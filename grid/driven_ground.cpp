@@ -57,8 +57,8 @@ class Driven {
            std::abs(static_cast<double>(cell.height) - p.z()) <= options_.floor;
   }
   bool by_noise(const CellIndex& c) const {
-    const Doubt doubt = rasterizer_.doubt(c);
-    return doubt == Doubt::kStep || doubt == Doubt::kSlope;
+    const UnknownCause unknown_cause = rasterizer_.unknown_cause(c);
+    return unknown_cause == UnknownCause::kStep || unknown_cause == UnknownCause::kSlope;
   }
   const Rasterizer& rasterizer_;
   const NavigabilityGrid& grid_;

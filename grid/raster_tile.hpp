@@ -238,6 +238,6 @@ void look_around(const SitesAround& around, const RasterOptions& options, Site& 
 /// 5: the layers of one cell, and what keeps it from a verdict. Sites up to `verdict_reach` away
 /// must have looked around.
 NavigabilityCell verdict(const SitesAround& around, const RasterOptions& options,
-                         Doubt* doubt = nullptr);
+                         UnknownCause* unknown_cause = nullptr);
 
 }  // namespace lamina::raster

@@ -211,10 +211,11 @@ void look_around(const SitesAround& around, const RasterOptions& options, Site& 
   }
 }
 
-NavigabilityCell verdict(const SitesAround& around, const RasterOptions& options, Doubt* doubt) {
-  Doubt ignored;
-  Doubt& why = doubt != nullptr ? *doubt : ignored;
-  why = Doubt::kNotSeen;
+NavigabilityCell verdict(const SitesAround& around, const RasterOptions& options,
+                         UnknownCause* unknown_cause) {
+  UnknownCause ignored;
+  UnknownCause& why = unknown_cause != nullptr ? *unknown_cause : ignored;
+  why = UnknownCause::kNotSeen;
   NavigabilityCell cell;
   const Site* site = around.at(0, 0);
   if (site == nullptr) return cell;
@@ -222,33 +223,33 @@ NavigabilityCell verdict(const SitesAround& around, const RasterOptions& options
   if (site->supported || site->blocked) cell.height = site->top;
   const float slope = std::atan(std::hypot(site->slope_x, site->slope_y));
   if (site->supported) cell.slope = slope;
-  if (site->blocked) return why = Doubt::kNone, never(cell, there);
+  if (site->blocked) return why = UnknownCause::kNone, never(cell, there);
   const bool edge = site->flags != 0 && !(site->supported && refuted(around, options));
-  if (edge && (site->flags & kRim) != 0) return why = Doubt::kNone, never(cell, there);
+  if (edge && (site->flags & kRim) != 0) return why = UnknownCause::kNone, never(cell, there);
   if (!site->supported) return cell;
-  why = Doubt::kNone;
+  why = UnknownCause::kNone;
 
   // Below the floor around and not connected to it: a pit, or stairs that go down.
   if (!site->reached && site->height < site->reference - static_cast<float>(options.max_step)) {
     // Nothing tells how two floors that nothing joins lie to each other but for their poses.
     const double clear = site->from_afar ? options.level_gap : options.max_step;
     const float depth = site->reference - site->height - static_cast<float>(clear);
-    if (!(depth > 0)) return why = Doubt::kStep, cell;
+    if (!(depth > 0)) return why = UnknownCause::kStep, cell;
     return never(cell, site->variance > 0 ? normal_cdf(depth / std::sqrt(site->variance)) : 1.0F);
   }
   const float level = slope_probability(*site, slope, options);
   const float p = std::min(site->step, level);
   const auto sure = static_cast<float>(options.min_probability);
   if (p <= 1 - sure) return never(cell, 1 - p);
-  why = edge                           ? Doubt::kEdge
-        : !site->complete || site->met ? Doubt::kNeighbourNotSeen
-        : site->step < sure            ? Doubt::kStep
-        : level < sure                 ? Doubt::kSlope
-        : beside_step(around, options) ? Doubt::kBesideStep
-        : hidden_step(around, options) ? Doubt::kHiddenStep
-        : squeezed(around)             ? Doubt::kSqueezed
-                                       : Doubt::kNone;
-  if (why != Doubt::kNone) return cell;
+  why = edge                           ? UnknownCause::kEdge
+        : !site->complete || site->met ? UnknownCause::kNeighbourNotSeen
+        : site->step < sure            ? UnknownCause::kStep
+        : level < sure                 ? UnknownCause::kSlope
+        : beside_step(around, options) ? UnknownCause::kBesideStep
+        : hidden_step(around, options) ? UnknownCause::kHiddenStep
+        : squeezed(around)             ? UnknownCause::kSqueezed
+                                       : UnknownCause::kNone;
+  if (why != UnknownCause::kNone) return cell;
   cell.navigability = factor(*site, slope, options);
   cell.confidence = p;
   return cell;

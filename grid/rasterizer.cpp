@@ -363,14 +363,14 @@ void Rasterizer::before_each_tile(std::function<void()> call) {
 const NavigabilityGrid& Rasterizer::grid() const { return state_->grid; }
 NavigabilityGrid Rasterizer::take_grid() && { return std::move(state_->grid); }
 std::size_t Rasterizer::tiles_drawn() const { return state_->drawn; }
-Doubt Rasterizer::doubt(const CellIndex& cell) const {
+UnknownCause Rasterizer::unknown_cause(const CellIndex& cell) const {
   const auto tile = [](std::int32_t x) { return (x - (x < 0 ? kSide - 1 : 0)) / kSide; };
   const TileKey key{tile(cell.j), tile(cell.i)};
-  Doubt doubt = Doubt::kNotSeen;
+  UnknownCause unknown_cause = UnknownCause::kNotSeen;
   const Neighbourhood around = state_->neighbourhood(key);
   const int i = cell.i - key.second * kSide, j = cell.j - key.first * kSide;
-  verdict({around, i, j, verdict_reach(state_->options)}, state_->options, &doubt);
-  return doubt;
+  verdict({around, i, j, verdict_reach(state_->options)}, state_->options, &unknown_cause);
+  return unknown_cause;
 }
 std::vector<SolidCell> Rasterizer::solid_cells() const {
   std::vector<SolidCell> solid;

@@ -67,7 +67,7 @@ struct RasterChanges {
 };
 
 /// What keeps a cell from being called free or blocked.
-enum class Doubt {
+enum class UnknownCause {
   kNone,              ///< it is called one of the two
   kNotSeen,           ///< no surface and nothing solid
   kEdge,              ///< an end of knowledge is marked there
@@ -113,7 +113,7 @@ class Rasterizer {
   const NavigabilityGrid& grid() const;
   NavigabilityGrid take_grid() &&;
   std::size_t tiles_drawn() const;  ///< of the last update, of 32 x 32 cells
-  Doubt doubt(const CellIndex& cell) const;
+  UnknownCause unknown_cause(const CellIndex& cell) const;
   std::vector<SolidCell> solid_cells() const;  ///< tile by tile, then by cell
   bool floor_seen() const;        ///< false: no surface at all in the map, only obstacles
   bool floor_under_path() const;  ///< a surface is where the path says the robot's floor must be

@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <vector>
 
-#include <lamina/backend/graph.hpp>
+#include <lamina/backend/graph/graph.hpp>
 #include <lamina/models/planar_map.hpp>
 
 namespace lamina::io {

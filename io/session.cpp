@@ -3,7 +3,7 @@
 
 #include <stdexcept>
 
-#include <lamina/backend/map_archive.hpp>
+#include <lamina/backend/mapper/map_archive.hpp>
 #include <lamina/io/sealed_file.hpp>
 #include <lamina/io/session_archive.hpp>
 #include <lamina/models/error.hpp>

@@ -9,44 +9,13 @@
 #include <utility>
 #include <vector>
 
-#include <lamina/backend/map_state.hpp>
-#include <lamina/io/spool.hpp>
-#include <lamina/models/depth_look.hpp>
-#include <lamina/models/ground_look.hpp>
-#include <lamina/models/planar_map.hpp>
+#include <lamina/backend/mapper/map_state.hpp>
+#include <lamina/grid/evidence/looks.hpp>
+#include <lamina/models/diagnostics.hpp>
+#include <lamina/models/spool.hpp>
 #include <lamina/models/trajectory.hpp>
-#include <lamina/sensors/laser_scan.hpp>
 
 namespace lamina::io {
-
-/// Rims of holes seen at one instant, and how far floor was seen past them.
-struct SeenRims {
-  Timestamp stamp;
-  SE3 T_body_levelled;
-  double angle_min = 0, angle_increment = 0;
-  std::vector<float> reach;  ///< m from the origin, ground seen without a break
-  std::vector<EdgePoint> rims_levelled;
-};
-
-/// What an image saw of the ground, and where that frame lies in the body.
-struct SeenGround {
-  Timestamp stamp;
-  SE3 T_body_levelled;
-  GroundLook look;
-};
-
-/// What an image saw through, and where its camera is in the body.
-struct SeenDepth {
-  Timestamp stamp;
-  SE3 T_body_camera;
-  DepthLook look;
-};
-
-/// A scan in its own frame (`scan.lidar.T_body_lidar`), real or made from depth.
-struct KeptScan {
-  LaserScan scan;
-  bool from_depth = false;
-};
 
 /// One recording of a map: which stamps are its own. Joined maps have several.
 struct SessionPart {
@@ -64,9 +33,9 @@ struct Session {
   std::vector<SeenRims> rims;
   std::vector<SeenGround> ground;
   std::vector<SeenDepth> sights;
-  Trajectory before;                     ///< T_map_body before the refinement; may be empty
-  std::map<std::string, double> counts;  ///< as in metrics.json
-  std::map<std::string, std::int64_t> skipped;
+  Trajectory before;  ///< T_map_body before the refinement; may be empty
+  Figures counts;     ///< as in metrics.json
+  SkippedCounts skipped;
 
   /// Moves all stamps.
   void shift_time(std::int64_t nanoseconds);

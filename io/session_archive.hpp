@@ -1,30 +1,26 @@
 // How the parts of a session are archived.
 #pragma once
 
+#include <lamina/grid/evidence/looks_archive.hpp>
+#include <lamina/io/figure_names.hpp>
 #include <lamina/io/session.hpp>
-#include <lamina/sensors/sensor_archive.hpp>
 
 namespace lamina::io {
 
-template <class A>
-void fields(A& a, SeenRims& v) {
-  a(v.stamp, v.T_body_levelled, v.angle_min, v.angle_increment, v.reach, v.rims_levelled);
-}
-template <class A>
-void fields(A& a, SeenGround& v) {
-  a(v.stamp, v.T_body_levelled, v.look);
-}
-template <class A>
-void fields(A& a, SeenDepth& v) {
-  a(v.stamp, v.T_body_camera, v.look);
-}
-template <class A>
-void fields(A& a, KeptScan& v) {
-  a(v.scan, v.from_depth);
-}
 template <class A>
 void fields(A& a, SessionPart& v) {
   a(v.name, v.first, v.last, v.shift_ns);
 }
 
 }  // namespace lamina::io
+
+namespace lamina {
+
+template <class A>
+void fields(A& a, Figures& v) {
+  std::map<std::string, double> named = io::by_name(v);
+  a(named);
+  if constexpr (A::kReading) v = io::figures_of(named);
+}
+
+}  // namespace lamina

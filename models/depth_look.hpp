@@ -7,6 +7,9 @@
 
 namespace lamina {
 
+/// s between looks worth keeping: people hardly move on meanwhile.
+constexpr double kLookInterval = 0.19;
+
 /// What an image says of a place.
 enum class Sight {
   kUnknown,  ///< outside it, hidden, or too few returns around

@@ -104,7 +104,7 @@ const Calibration& CameraCorrectedRecording::calibration() const {
   return calibration_;
 }
 
-std::map<std::string, std::int64_t> CameraCorrectedRecording::skipped() const {
+SkippedCounts CameraCorrectedRecording::skipped() const {
   auto all = source().skipped();
   if (dropped_ > 0) all["depth image of no use"] += dropped_;
   return all;

@@ -52,7 +52,7 @@ class CameraCorrectedRecording final : public ForwardingRecording {
   std::optional<Measurement> next() override;
   std::optional<DepthFrame> next_depth(std::int64_t skip) override;
   const Calibration& calibration() const override;
-  std::map<std::string, std::int64_t> skipped() const override;
+  SkippedCounts skipped() const override;
 
  private:
   std::optional<Measurement> next_of_source();

@@ -18,7 +18,7 @@ class ForwardingRecording : public Recording {
   }
   std::optional<Measurement> next_light() override { return source_->next_light(); }
   const Calibration& calibration() const override { return source_->calibration(); }
-  std::map<std::string, std::int64_t> skipped() const override { return source_->skipped(); }
+  SkippedCounts skipped() const override { return source_->skipped(); }
   std::map<std::string, std::string> first_skipped() const override {
     return source_->first_skipped();
   }

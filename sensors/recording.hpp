@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <lamina/models/skipped.hpp>
 #include <lamina/models/warning.hpp>
 #include <lamina/sensors/calibration.hpp>
 #include <lamina/sensors/measurement.hpp>
@@ -36,7 +37,7 @@ class Recording {
   virtual std::optional<Measurement> next_light();
   virtual const Calibration& calibration() const = 0;
   /// What was left out so far, by reason, e.g. {"missing file", 3}.
-  virtual std::map<std::string, std::int64_t> skipped() const = 0;
+  virtual SkippedCounts skipped() const = 0;
   /// Where and what the first case of a reason was ("scans.csv:12: ..."), where a place is known.
   virtual std::map<std::string, std::string> first_skipped() const { return {}; }
   /// When colour images and poses of the odometry ("rgb", "odometry") were recorded, in order:

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <lamina/models/skipped.hpp>
 #include <lamina/sensors/recording.hpp>
 
 namespace lamina {
@@ -38,7 +39,7 @@ struct RecordingInfo {
   double odometry_path_m = 0;
   std::optional<Timestamp> first, last;
   Calibration calibration;
-  std::map<std::string, std::int64_t> skipped;
+  SkippedCounts skipped;
   std::map<std::string, std::string> first_skipped;
   std::vector<std::string> remarks;
   std::vector<Warning> warnings;

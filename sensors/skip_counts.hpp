@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include <lamina/models/skipped.hpp>
+
 namespace lamina {
 
 class SkipCounts {
@@ -25,7 +27,7 @@ class SkipCounts {
   }
   /// The first case of each reason that has a place.
   const std::map<std::string, std::string>& firsts() const { return firsts_; }
-  const std::map<std::string, std::int64_t>& counts() const { return counts_; }
+  const SkippedCounts& counts() const { return counts_; }
   /// " (3 x short line, first scans.csv:7: ...)"; empty where nothing was left out.
   std::string summary(const std::string& before_first = ", first ") const {
     std::string text;
@@ -42,7 +44,7 @@ class SkipCounts {
   }
 
  private:
-  std::map<std::string, std::int64_t> counts_;
+  SkippedCounts counts_;
   std::map<std::string, std::string> firsts_;
   std::string source_;
 };

@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include <lamina/models/error.hpp>
-#include <lamina/sensors/png_image.hpp>
+#include <lamina/sensors/readers/png_image.hpp>
 #include <lamina/sim/grey_png.hpp>
 #include <lamina/sim/truth.hpp>
 

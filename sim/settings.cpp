@@ -254,14 +254,14 @@ Rig make_rig(Settings& s, const RigDefaults& d) {
     const OdometrySensor sensor = make_odometry(s, d);
     const OdometryErrors& e = sensor.errors;
     // What a maker's sheet would say: the random part, and a little for the systematic part.
-    rig.believed_odometry.sigma_translation =
+    rig.assumed_odometry.sigma_translation =
         s.number("odometry.believed_sigma_translation", std::max(0.01, 1.5 * e.sigma_translation));
-    rig.believed_odometry.sigma_rotation =
+    rig.assumed_odometry.sigma_rotation =
         s.number("odometry.believed_sigma_rotation", std::max(0.002, 1.5 * e.sigma_rotation));
-    rig.believed_odometry.planar = e.planar;
+    rig.assumed_odometry.planar = e.planar;
     return sensor;
   });
-  if (!rig.odometry) rig.believed_odometry = {};
+  if (!rig.odometry) rig.assumed_odometry = {};
   rig.accelerometer = when_enabled(s, "accelerometer.enabled", d.accelerometer, [&] {
     return AccelerometerSensor{s.number("accelerometer.sigma", 0.05),
                                s.number("accelerometer.rate_hz", 50)};

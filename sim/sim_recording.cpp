@@ -19,7 +19,7 @@ Simulation::Simulation(World world, std::uint64_t seed)
       seed_(seed),
       caster_(std::make_unique<Caster>(world_.scene)),
       renderers_(std::make_unique<Renderers>()),
-      believed_(world_.rig.believed()),
+      assumed_(world_.rig.accepted()),
       hits_(world_.scene.planes().size()),
       sightings_(world_.scene.planes().size()) {
   const Rig& rig = world_.rig;
@@ -158,7 +158,7 @@ Measurement Simulation::measure(Stream stream, std::int64_t index, double time, 
       scan_truth_ = swept(*world_.rig.lidar, time);
       LaserScan scan = renderers_->lidar->measure(scan_truth_, T_map_lidar, stamp, frame);
       count_hits(scan_truth_.surfaces, [&](std::size_t i) { return scan.valid(i); });
-      scan.lidar = *believed_.lidar;
+      scan.lidar = *assumed_.lidar;
       return scan;
     }
     case kStereo: {
@@ -166,7 +166,7 @@ Measurement Simulation::measure(Stream stream, std::int64_t index, double time, 
       depth_truth_ = renderers_->stereo->truth(T_map_camera);
       count_hits(depth_truth_.surface, [](std::size_t) { return true; });
       StereoFrame pair = renderers_->stereo->measure(depth_truth_, T_map_camera, stamp, frame);
-      pair.camera = *believed_.stereo_camera;
+      pair.camera = *assumed_.stereo_camera;
       return pair;
     }
     default: {
@@ -174,7 +174,7 @@ Measurement Simulation::measure(Stream stream, std::int64_t index, double time, 
       depth_truth_ = renderers_->depth->truth(T_map_camera);
       DepthFrame image = renderers_->depth->measure(depth_truth_, T_map_camera, stamp, frame);
       count_hits(depth_truth_.surface, [&](std::size_t i) { return image.raw[i] > 0; });
-      image.camera = *believed_.depth_camera;
+      image.camera = *assumed_.depth_camera;
       return image;
     }
   }

@@ -18,8 +18,8 @@ class Simulation final : public Recording {
   ~Simulation() override;
 
   std::optional<Measurement> next() override;
-  const Calibration& calibration() const override { return believed_; }
-  std::map<std::string, std::int64_t> skipped() const override { return {}; }
+  const Calibration& calibration() const override { return assumed_; }
+  SkippedCounts skipped() const override { return {}; }
   std::optional<std::int64_t> size_hint() const override;
 
   const World& world() const { return world_; }
@@ -55,7 +55,7 @@ class Simulation final : public Recording {
   std::uint64_t seed_;
   std::unique_ptr<Caster> caster_;
   std::unique_ptr<Renderers> renderers_;
-  Calibration believed_;
+  Calibration assumed_;
   double rates_[kStreams] = {}, delays_[kStreams] = {};
   std::int64_t next_[kStreams] = {};
   Trajectory truth_;

@@ -57,7 +57,7 @@ SE3 MountingError::apply(const SE3& T_body_sensor) const {
   return SE3(R * T_body_sensor.so3(), T_body_sensor.translation() + translation_cm / 100);
 }
 
-Calibration Rig::believed() const {
+Calibration Rig::accepted() const {
   Calibration out;
   if (depth) {
     out.depth_camera = depth->camera;
@@ -75,7 +75,7 @@ Calibration Rig::believed() const {
     out.lidar = lidar->model;
     out.lidar->T_body_lidar = mounting_error.apply(lidar->model.T_body_lidar);
   }
-  out.odometry = believed_odometry;
+  out.odometry = assumed_odometry;
   return out;
 }
 

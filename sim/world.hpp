@@ -64,10 +64,10 @@ struct Rig {
   std::optional<AccelerometerSensor> accelerometer;
   MountingError mounting_error;
   double focal_error = 0;  ///< share by which the depth camera's focal length is believed too long
-  OdometryModel believed_odometry;
+  OdometryModel assumed_odometry;
 
   /// What the robot is told: mountings with mounting_error, and that focal length.
-  Calibration believed() const;
+  Calibration accepted() const;
 };
 
 struct World {

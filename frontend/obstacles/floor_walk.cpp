@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <lamina/frontend/floor/lanes.hpp>
 #include <lamina/frontend/obstacles/line_samples.hpp>
+#include <lamina/models/lanes.hpp>
 
 namespace lamina {
 namespace {

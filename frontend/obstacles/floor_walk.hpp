@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
-#include <lamina/frontend/floor/floor_result.hpp>
-#include <lamina/frontend/obstacles/obstacle_scan.hpp>
+#include <lamina/frontend/depth/floor_result.hpp>
 #include <lamina/frontend/obstacles/scan_options.hpp>
 #include <lamina/frontend/obstacles/scan_view.hpp>
+#include <lamina/sensors/obstacle_scan.hpp>
 
 namespace lamina {
 

@@ -5,8 +5,8 @@
 #include <array>
 #include <cstring>
 
-#include <lamina/frontend/floor/lanes.hpp>
 #include <lamina/frontend/obstacles/scan_view.hpp>
+#include <lamina/models/lanes.hpp>
 
 namespace lamina {
 

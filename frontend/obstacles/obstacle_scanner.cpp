@@ -3,11 +3,11 @@
 
 #include <cmath>
 
-#include <lamina/frontend/floor/usable_camera.hpp>
-#include <lamina/frontend/obstacles/document_methods.hpp>
+#include <lamina/frontend/obstacles/baseline_methods.hpp>
 #include <lamina/frontend/obstacles/positive_scan.hpp>
 #include <lamina/models/checked_cast.hpp>
 #include <lamina/models/error.hpp>
+#include <lamina/sensors/usable_camera.hpp>
 
 namespace lamina {
 namespace {

@@ -3,10 +3,10 @@
 
 #include <memory>
 
-#include <lamina/frontend/floor/floor_result.hpp>
-#include <lamina/frontend/obstacles/obstacle_scan.hpp>
+#include <lamina/frontend/depth/floor_result.hpp>
 #include <lamina/frontend/obstacles/scan_options.hpp>
 #include <lamina/sensors/depth_frame.hpp>
+#include <lamina/sensors/obstacle_scan.hpp>
 
 namespace lamina {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <lamina/frontend/floor/lanes.hpp>
+#include <lamina/models/lanes.hpp>
 
 namespace lamina {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include <lamina/frontend/floor/blocks.hpp>
+#include <lamina/frontend/depth/blocks.hpp>
 #include <lamina/models/lie/se3.hpp>
 #include <lamina/sensors/depth_frame.hpp>
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <span>
 
-#include <lamina/frontend/segments/scan_points.hpp>
+#include <lamina/frontend/segments/scan_returns.hpp>
 
 namespace lamina {
 

@@ -10,7 +10,7 @@ namespace lamina {
 namespace {
 
 constexpr double kLeastHeight = 0.05;  // m
-constexpr double kLeastSlope = 0.02, kMostDoubt = 0.02, kDoubt = 1.0 / 3;
+constexpr double kLeastSlope = 0.02, kMostUncertainty = 0.02, kUncertainty = 1.0 / 3;
 
 }  // namespace
 
@@ -28,11 +28,11 @@ int remove_ground(LaserScan& scan) {
     const double a = scan.angle(i);
     const double slope = -(up_lidar.x() * std::cos(a) + up_lidar.y() * std::sin(a));
     if (slope < kLeastSlope) continue;
-    const double doubt = std::min(kMostDoubt, kDoubt * slope);
+    const double check_match = std::min(kMostUncertainty, kUncertainty * slope);
     const double range = static_cast<double>(scan.ranges[i]);
-    if (range * (slope + doubt) < height) continue;
+    if (range * (slope + check_match) < height) continue;
     ground.push_back(i);
-    beyond += range * (slope - doubt) > height ? 1 : 0;
+    beyond += range * (slope - check_match) > height ? 1 : 0;
   }
   if (3 * beyond > ground.size()) return 0;
   for (const std::size_t i : ground) scan.ranges[i] = std::numeric_limits<float>::quiet_NaN();

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include <lamina/frontend/segments/scan_points.hpp>
+#include <lamina/frontend/segments/scan_returns.hpp>
 #include <lamina/models/scan_segment.hpp>
 
 namespace lamina {

@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <optional>
 
-#include <lamina/frontend/observation.hpp>
 #include <lamina/models/lie/se3.hpp>
+#include <lamina/models/observation.hpp>
 #include <lamina/models/plane.hpp>
 #include <lamina/models/scan_segment.hpp>
 

@@ -22,35 +22,36 @@ constexpr double kLess = 3;
 
 }  // namespace
 
-double RangeNoise::hear(const LaserScan& scan) {
+double RangeNoise::update(const LaserScan& scan) {
   const double stated = scan.lidar.noise.range_sigma;
   points_.load(scan, {});
   if (const auto roughness = points_.roughness()) {
-    const double told = *roughness * points_.stated_sigma_r();
-    if (told_.size() < kScans) {
-      told_.push_back(told);
+    const double observed = *roughness * points_.stated_sigma_r();
+    if (observed_.size() < kScans) {
+      observed_.push_back(observed);
     } else {
-      told_[static_cast<std::size_t>(next_)] = told;
+      observed_[static_cast<std::size_t>(next_)] = observed;
       next_ = (next_ + 1) % static_cast<std::int64_t>(kScans);
     }
   }
   stated_ = sigma_ = stated;
-  if (told_.empty()) return sigma_;
-  double told = median(told_);
-  if (const double last = median(last_told()); last * kClearly < told) told = last;
+  if (observed_.empty()) return sigma_;
+  double observed = median(observed_);
+  if (const double last = median(last_observed()); last * kClearly < observed) observed = last;
   const double usual = LidarNoise().range_sigma;
-  if (told > kClearly * stated) sigma_ = std::min(told, std::max(kMost * stated, kMostSigma));
-  if (kLess * told < stated && stated > usual) sigma_ = std::max(told, usual);
+  if (observed > kClearly * stated)
+    sigma_ = std::min(observed, std::max(kMost * stated, kMostSigma));
+  if (kLess * observed < stated && stated > usual) sigma_ = std::max(observed, usual);
   return sigma_;
 }
 
-std::vector<double> RangeNoise::last_told() const {
-  const std::size_t size = told_.size();
+std::vector<double> RangeNoise::last_observed() const {
+  const std::size_t size = observed_.size();
   const std::size_t count = std::min(kLast, size);
   const std::size_t end = static_cast<std::size_t>(next_) + size;
   std::vector<double> last;
   last.reserve(count);
-  for (std::size_t k = end - count; k < end; ++k) last.push_back(told_[k % size]);
+  for (std::size_t k = end - count; k < end; ++k) last.push_back(observed_[k % size]);
   return last;
 }
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include <lamina/frontend/segments/scan_points.hpp>
+#include <lamina/frontend/segments/scan_returns.hpp>
 
 namespace lamina {
 
@@ -16,22 +16,22 @@ class RangeNoise {
   /// Hears a scan as it was measured and returns range_sigma (m) to be used for it: the stated one,
   /// unless scans scatter by clearly more, or by far less where it is more than usual. Goes back
   /// within some 25 scans of the stated noise.
-  double hear(const LaserScan& scan);
+  double update(const LaserScan& scan);
   /// As returned last; 0 before the first scan. And what that scan stated.
   double sigma() const { return sigma_; }
   double stated() const { return stated_; }
   /// For archives (models/archive.hpp): all that one scan leaves to the next.
   template <class A>
   friend void fields(A& a, RangeNoise& v) {
-    a(v.told_, v.next_, v.sigma_, v.stated_);
+    a(v.observed_, v.next_, v.sigma_, v.stated_);
   }
 
  private:
-  std::vector<double> last_told() const;
+  std::vector<double> last_observed() const;
 
-  ScanPoints points_;         // buffers
-  std::vector<double> told_;  // m, by the last scans
-  std::int64_t next_ = 0;     // place of the next one in it, once it is full
+  ScanPoints points_;             // buffers
+  std::vector<double> observed_;  // m, by the last scans
+  std::int64_t next_ = 0;         // place of the next one in it, once it is full
   double sigma_ = 0, stated_ = 0;
 };
 

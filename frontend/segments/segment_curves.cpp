@@ -111,7 +111,7 @@ void mark_bent(std::vector<Piece> pieces, std::vector<char>& curved) {
 // bent as one of the arcs, is how many returns are on pieces of that kind, times the likelihood of
 // its curvature. Where all that can be told is straight nothing changes, and a wall that is long
 // against its noise is a wall anywhere.
-void SegmentExtractor::doubt_straight(std::vector<char>& curved) const {
+void SegmentExtractor::uncertain_straight(std::vector<char>& curved) const {
   struct Kind {
     double curvature;
     int count;
@@ -151,7 +151,7 @@ void SegmentExtractor::doubt_straight(std::vector<char>& curved) const {
 
 void SegmentExtractor::drop_curved(Segments& out) {
   std::vector<char> curved = chords();
-  doubt_straight(curved);
+  uncertain_straight(curved);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < runs_.size(); ++i) {
     if (curved[i]) {

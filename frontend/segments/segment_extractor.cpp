@@ -117,7 +117,7 @@ bool SegmentExtractor::contiguous(const Run& a, const Run& b) const {
 
 void SegmentExtractor::append(Run& a, const Run& b) {
   a.sums = a.sums + b.sums;
-  a.doubt_end = b.doubt_end;
+  a.uncertain_end = b.uncertain_end;
   for (const auto& part : b.parts) {
     if (part.first == a.end()) {
       a.parts.back().second = part.second;
@@ -169,7 +169,7 @@ void SegmentExtractor::refine_boundaries() {
   for (std::size_t i = 1; i < runs_.size(); ++i) {
     if (!contiguous(runs_[i - 1], runs_[i])) continue;
     refine_boundary(runs_[i - 1], runs_[i]);
-    doubt_boundary(runs_[i - 1], runs_[i]);
+    uncertain_boundary(runs_[i - 1], runs_[i]);
   }
 }
 
@@ -270,7 +270,7 @@ void SegmentExtractor::emit(const Run& run, Segments& out) {
       fit_line(points_, indices_, run.sums, options_.outlier_sigma, rejected_);
   if (!segment || !acceptable(*segment)) return;
   // The moments keep what the returns themselves say.
-  segment->covariance += run.doubt_begin + run.doubt_end + hidden_corner(run);
+  segment->covariance += run.uncertain_begin + run.uncertain_end + hidden_corner(run);
   for (const int i : indices_) used_[static_cast<std::size_t>(i)] = 1;
   for (const int i : rejected_) used_[static_cast<std::size_t>(i)] = 0;
   out.segments.push_back(*segment);

@@ -7,7 +7,7 @@
 
 #include <lamina/frontend/segments/arc_fit.hpp>
 #include <lamina/frontend/segments/line_fit.hpp>
-#include <lamina/frontend/segments/scan_points.hpp>
+#include <lamina/frontend/segments/scan_returns.hpp>
 #include <lamina/frontend/segments/segment_options.hpp>
 #include <lamina/models/scan_segment.hpp>
 #include <lamina/sensors/laser_scan.hpp>
@@ -47,7 +47,8 @@ class SegmentExtractor {
     InverseRangeSums sums;
     /// Covariance of (rho, theta), on top of the noise's, for not knowing at which beam the run
     /// begins and ends where it meets another.
-    Eigen::Matrix2d doubt_begin = Eigen::Matrix2d::Zero(), doubt_end = Eigen::Matrix2d::Zero();
+    Eigen::Matrix2d uncertain_begin = Eigen::Matrix2d::Zero(),
+                    uncertain_end = Eigen::Matrix2d::Zero();
     int begin() const { return parts.front().first; }
     int end() const { return parts.back().second; }
   };
@@ -63,14 +64,14 @@ class SegmentExtractor {
   // Pieces of surfaces that bend (segment_curves.cpp).
   void drop_curved(Segments& out);
   std::vector<char> chords() const;
-  void doubt_straight(std::vector<char>& curved) const;
+  void uncertain_straight(std::vector<char>& curved) const;
   std::optional<Arc> arc_through(std::size_t first, std::size_t last) const;
   bool arc_is_possible(std::size_t first, std::size_t last) const;
   bool arc_wins(std::size_t first, std::size_t last) const;
   void drop_debris();
   void refine_boundaries();
   void refine_boundary(Run& a, Run& b) const;
-  void doubt_boundary(Run& a, Run& b) const;
+  void uncertain_boundary(Run& a, Run& b) const;
   Eigen::Matrix2d hidden_corner(const Run& run) const;
   void bridge();
   bool can_bridge(const Run& a, const Run& b) const;

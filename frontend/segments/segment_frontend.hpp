@@ -6,9 +6,10 @@
 #include <optional>
 #include <string>
 
-#include <lamina/frontend/observation.hpp>
 #include <lamina/frontend/segments/segment_extractor.hpp>
 #include <lamina/frontend/segments/segment_tracker.hpp>
+#include <lamina/models/observation.hpp>
+#include <lamina/models/skipped.hpp>
 
 namespace lamina {
 
@@ -33,7 +34,7 @@ class SegmentFrontend {
   const Segments& last() const { return last_; }
   const SegmentTracker& tracker() const { return tracker_; }
   /// Scans that were not used, by reason.
-  const std::map<std::string, std::int64_t>& skipped() const { return skipped_; }
+  const SkippedCounts& skipped() const { return skipped_; }
 
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
@@ -50,7 +51,7 @@ class SegmentFrontend {
   SegmentExtractor extractor_;
   SegmentTracker tracker_;
   Segments last_;
-  std::map<std::string, std::int64_t> skipped_;
+  SkippedCounts skipped_;
   std::optional<Timestamp> last_stamp_;
   SE3 T_body_lidar_;
   SE3 pending_motion_;  // of the body, since the tracker's last scan

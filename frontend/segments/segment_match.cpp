@@ -82,10 +82,10 @@ Matrix6d covariance_without_odometry(const TrackingOptions& options) {
 // be borne out by a single line, if what is given leaps away from it; standing still needs several,
 // for one line that is gone may have ended or bent. Leaves the tracks predicted by what it decides
 // for, and `T_prev_curr` that motion.
-std::vector<int> SegmentTracker::doubt_motion(const std::vector<ScanSegment>& segments,
-                                              const std::vector<SegmentTrack>& before,
-                                              std::vector<int> owner, SE3& T_prev_curr,
-                                              double interval) {
+std::vector<int> SegmentTracker::uncertain_motion(const std::vector<ScanSegment>& segments,
+                                                  const std::vector<SegmentTrack>& before,
+                                                  std::vector<int> owner, SE3& T_prev_curr,
+                                                  double interval) {
   constexpr int kLeastWitnesses = 3;
   contradicted_ = false;
   leap_.reset();

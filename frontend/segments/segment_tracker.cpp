@@ -35,7 +35,7 @@ std::vector<std::int64_t> SegmentTracker::update(const std::vector<ScanSegment>&
   predict(T_prev_curr_scanner.inverse(), motion_covariance);
   SE3 motion = T_prev_curr_scanner;
   const double interval = last_stamp_ ? stamp - *last_stamp_ : 0;
-  std::vector<int> owner = doubt_motion(segments, before, match(segments), motion, interval);
+  std::vector<int> owner = uncertain_motion(segments, before, match(segments), motion, interval);
   last_motion_ = motion;
   if (!leap_) last_covariance_ = motion_covariance;
   last_interval_ = interval;

@@ -107,9 +107,9 @@ class SegmentTracker {
   void predict(const SE3& T_curr_prev, const Matrix6d& covariance);
   // Which track each segment belongs to, -1: none (segment_match.cpp).
   std::vector<int> match(const std::vector<ScanSegment>& segments) const;
-  std::vector<int> doubt_motion(const std::vector<ScanSegment>& segments,
-                                const std::vector<SegmentTrack>& before, std::vector<int> owner,
-                                SE3& T_prev_curr, double interval);
+  std::vector<int> uncertain_motion(const std::vector<ScanSegment>& segments,
+                                    const std::vector<SegmentTrack>& before, std::vector<int> owner,
+                                    SE3& T_prev_curr, double interval);
   bool leaps(const SE3& T_given, const SE3& T_steady, const Matrix6d& steady_covariance) const;
   int lost(const std::vector<int>& owner) const;
   std::vector<AssignmentCandidate> candidates(const std::vector<ScanSegment>& segments,

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "program.hpp"
+#include "apps/program.hpp"
 
 namespace lamina {
 namespace {

@@ -14,7 +14,7 @@
 
 #include <lamina/models/trajectory.hpp>
 
-#include "program.hpp"
+#include "apps/program.hpp"
 
 namespace lamina {
 namespace {

@@ -1,5 +1,5 @@
 // A real log of a level scanner through the program: what its map must not hold.
-#include "program.hpp"
+#include "apps/program.hpp"
 
 #include <algorithm>
 #include <cstdlib>

@@ -2,7 +2,7 @@
 // them for longer.
 #include <gmock/gmock.h>
 
-#include <lamina/frontend/floor/floor_frontend.hpp>
+#include <lamina/frontend/depth/floor_frontend.hpp>
 #include <lamina/frontend/obstacles/obstacle_scanner.hpp>
 #include <lamina/sim/sim_recording.hpp>
 

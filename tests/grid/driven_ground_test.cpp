@@ -6,7 +6,7 @@
 
 #include <lamina/grid/driven_ground.hpp>
 
-#include "terrain.hpp"
+#include "grid/terrain.hpp"
 
 namespace lamina {
 namespace {

@@ -11,7 +11,7 @@
 #include <lamina/grid/traversability.hpp>
 #include <lamina/models/error.hpp>
 
-#include "terrain.hpp"
+#include "grid/terrain.hpp"
 
 namespace lamina {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <lamina/grid/rasterizer.hpp>
 
-#include "terrain.hpp"
+#include "grid/terrain.hpp"
 
 namespace lamina {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <lamina/grid/rasterizer.hpp>
 
-#include "terrain.hpp"
+#include "grid/terrain.hpp"
 
 namespace lamina {
 namespace {
@@ -267,18 +267,18 @@ class Changing {
 
 TEST(RasterUpdate, EqualsAMapDrawnFromScratch) {
   Changing world;
-  Rasterizer finds, told;
+  Rasterizer finds, observed;
   finds.update(world.map);
-  told.update(world.map);
+  observed.update(world.map);
   const std::size_t all = finds.tiles_drawn();
   for (int k = 0; k < 6; ++k) {
     world.change();
     finds.update(world.map);
-    told.update(world.map, world.changes);
+    observed.update(world.map, world.changes);
     const NavigabilityGrid scratch = rasterize(world.map);
     EXPECT_GT(known_bounds(scratch).width, 100);
     EXPECT_EQ(differences(finds.grid(), scratch), 0) << k;
-    EXPECT_EQ(differences(told.grid(), scratch), 0) << k;
+    EXPECT_EQ(differences(observed.grid(), scratch), 0) << k;
   }
   finds.update(world.map);
   EXPECT_EQ(finds.tiles_drawn(), 0u) << "nothing changed";

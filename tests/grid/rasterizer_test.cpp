@@ -6,7 +6,7 @@
 #include <lamina/grid/rasterizer.hpp>
 #include <lamina/models/error.hpp>
 
-#include "terrain.hpp"
+#include "grid/terrain.hpp"
 
 namespace lamina {
 namespace {
@@ -264,12 +264,14 @@ TEST(Rasterizer, SaysWhatKeepsACellFromAVerdict) {
   test::add_wall(map, {-0.5, -0.3}, {-0.5, 0.3}, 0, 1);
   Rasterizer rasterizer;
   rasterizer.update(map);
-  const auto doubt = [&](double x, double y) { return rasterizer.doubt(cell_of({x, y}, 0.05)); };
-  EXPECT_EQ(doubt(-0.225, 0.025), Doubt::kNone);
-  EXPECT_EQ(doubt(-0.5, 0.025), Doubt::kNone);  // the wall: blocked is a verdict
-  EXPECT_EQ(doubt(-0.225, 0.475), Doubt::kNeighbourNotSeen);
-  EXPECT_EQ(doubt(0.525, 0.025), Doubt::kStep);
-  EXPECT_EQ(doubt(5, 5), Doubt::kNotSeen);
+  const auto unknown_cause = [&](double x, double y) {
+    return rasterizer.unknown_cause(cell_of({x, y}, 0.05));
+  };
+  EXPECT_EQ(unknown_cause(-0.225, 0.025), UnknownCause::kNone);
+  EXPECT_EQ(unknown_cause(-0.5, 0.025), UnknownCause::kNone);  // the wall: blocked is a verdict
+  EXPECT_EQ(unknown_cause(-0.225, 0.475), UnknownCause::kNeighbourNotSeen);
+  EXPECT_EQ(unknown_cause(0.525, 0.025), UnknownCause::kStep);
+  EXPECT_EQ(unknown_cause(5, 5), UnknownCause::kNotSeen);
 }
 
 TEST(Rasterizer, UncertainStepsAreNeitherFreeNorBlocked) {

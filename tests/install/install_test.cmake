@@ -34,6 +34,23 @@ run(${configure} -S ${SOURCE}/examples -B ${WORK}/examples)
 run(${CMAKE_COMMAND} --build ${WORK}/examples)
 run(${WORK}/examples/fit_plane)
 message(STATUS "${text}")
+run(${WORK}/examples/own_sensor ${WORK}/own)
+message(STATUS "${text}")
+run(${WORK}/examples/read_map ${WORK}/own)
+run(${WORK}/examples/query_grid ${WORK}/own 0 0 1 0)
+
+# A library call of the whole line gives what the program gives, byte for byte.
+run(${BUILD}/lamina simulate room --output ${WORK}/room --seed 3)
+run(${BUILD}/lamina map ${WORK}/room --output ${WORK}/by_program --quiet)
+run(${WORK}/examples/map_recording ${WORK}/room ${WORK}/by_library)
+file(GLOB_RECURSE written RELATIVE ${WORK}/by_program ${WORK}/by_program/grid/*)
+foreach(file IN LISTS written ITEMS trajectory.txt planes.json)
+  file(SHA256 ${WORK}/by_program/${file} program)
+  file(SHA256 ${WORK}/by_library/${file} library)
+  if(NOT program STREQUAL library)
+    message(FATAL_ERROR "${file}: the example's bytes differ from the program's")
+  endif()
+endforeach()
 
 # Every library at once: all that their third-party packages need is found by lamina-config.cmake.
 file(WRITE ${WORK}/every/CMakeLists.txt [=[

@@ -59,9 +59,9 @@ TEST(MemoryTrace, SamplesByTheRecordingsTimeAndStaysShort) {
 }
 
 TEST(Metrics, WritesTheKeysOfTheContract) {
-  Metrics metrics;
+  Diagnostics metrics;
   metrics.stages["segments"].add(0.5);
-  metrics.refine = RefineMetrics{0.25, 7, "converged", {}, {}, 0.1};
+  metrics.refine = RefinementFigures{0.25, 7, "converged", {}, 0.1};
   metrics.skipped["missing file"] = 3;
   metrics.warn("clock_order", "stamps go back");
   metrics.warn("clock_order", "and again");
@@ -89,7 +89,7 @@ TEST(Metrics, WritesTheKeysOfTheContract) {
 }
 
 TEST(Metrics, MemorysTimesHaveNoBinaryNoise) {
-  Metrics metrics;
+  Diagnostics metrics;
   metrics.memory.note(1000.1);
   metrics.memory.note(1017.2);  // 17.100000000000023 later
   const auto file = std::filesystem::temp_directory_path() / "lamina_metrics_times_test.json";

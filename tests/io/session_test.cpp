@@ -49,7 +49,7 @@ Session small_session() {
   depth.reach = {7};
   session.sights = {{scan.stamp, SE3(), depth}};
   session.before.add(scan.stamp, SE3());
-  session.counts["steps"] = 2;
+  session.counts.steps = 2;
   session.skipped["missing file"] = 1;
   return session;
 }

@@ -187,11 +187,11 @@ TEST(Moments, DegenerateFitsAreNullopt) {
   EXPECT_FALSE(line.fit_plane(eye));
 }
 
-PlaneFit fit_of(Random& random, const Plane& truth, double sigma, bool told) {
+PlaneFit fit_of(Random& random, const Plane& truth, double sigma, bool observed) {
   const Points points = random.points_on(truth, {2, 1, 0}, 1.0, 60, sigma);
   const Eigen::Vector3d eye = truth.project({2, 1, 0}) + truth.normal();
-  return *(told ? moments_of(points, 1 / (sigma * sigma)).fit_plane(eye, 1.0)
-                : moments_of(points).fit_plane(eye));
+  return *(observed ? moments_of(points, 1 / (sigma * sigma)).fit_plane(eye, 1.0)
+                    : moments_of(points).fit_plane(eye));
 }
 
 // Error of the fit in the tangent its covariance is given in: about the centroid.
@@ -219,9 +219,9 @@ TEST(Moments, SigmaIsEstimatedFromTheResidualsWhenNotGiven) {
   const Plane truth = random.plane(2);
   double sum = 0;
   for (int i = 0; i < 400; ++i) {
-    const PlaneFit told = fit_of(random, truth, 0.01, true);
+    const PlaneFit observed = fit_of(random, truth, 0.01, true);
     const PlaneFit guessed = fit_of(random, truth, 0.01, false);
-    sum += guessed.covariance(2, 2) / told.covariance(2, 2);
+    sum += guessed.covariance(2, 2) / observed.covariance(2, 2);
   }
   EXPECT_NEAR(sum / 400, 1.0, 0.05);
 }

@@ -1,5 +1,5 @@
 // Writes the simulated recording as a ROS 1 bag; compiled as C++17 for the message headers.
-#include "bag_writer.hpp"
+#include "sensors/bag_writer.hpp"
 
 #include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
@@ -10,7 +10,7 @@
 
 #include <cstring>
 
-#include "openni_driver/simulated_depth.hpp"
+#include "sensors/openni_driver/simulated_depth.hpp"
 
 namespace lamina::test {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <lamina/models/error.hpp>
 #include <lamina/sensors/calibration_overlay.hpp>
+#include <lamina/sensors/readers/transform_tree.hpp>
 #include <lamina/sensors/recording.hpp>
-#include <lamina/sensors/transform_tree.hpp>
 
 namespace lamina {
 namespace {

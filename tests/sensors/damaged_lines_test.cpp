@@ -4,12 +4,12 @@
 #include <lamina/models/error.hpp>
 #include <lamina/sensors/recording.hpp>
 
-#include "temporary_folder.hpp"
+#include "sensors/temporary_folder.hpp"
 
 namespace lamina {
 namespace {
 using test::TemporaryFolder;
-using Skips = std::map<std::string, std::int64_t>;
+using Skips = SkippedCounts;
 
 struct Result {
   std::size_t scans = 0;

@@ -145,7 +145,7 @@ class Pairs final : public Recording {
     return frame;
   }
   const Calibration& calibration() const override { return calibration_; }
-  std::map<std::string, std::int64_t> skipped() const override { return {}; }
+  SkippedCounts skipped() const override { return {}; }
 
  private:
   Calibration calibration_;

@@ -2,12 +2,12 @@
 #include <gtest/gtest.h>
 
 #include <lamina/models/error.hpp>
-#include <lamina/sensors/pcd_header.hpp>
-#include <lamina/sensors/png_image.hpp>
+#include <lamina/sensors/readers/pcd_header.hpp>
+#include <lamina/sensors/readers/png_image.hpp>
 #include <lamina/sensors/recording.hpp>
 #include <lamina/sensors/text.hpp>
 
-#include "temporary_folder.hpp"
+#include "sensors/temporary_folder.hpp"
 
 namespace lamina {
 namespace {
@@ -52,7 +52,7 @@ std::string png(std::uint16_t value = 1000) {
 
 struct Result {
   std::vector<std::string> stamps;  // of depth frames and scans
-  std::map<std::string, std::int64_t> skipped;
+  SkippedCounts skipped;
 };
 Result read_all(const std::string& input) {
   const auto recording = open_recording(input);
@@ -63,7 +63,7 @@ Result read_all(const std::string& input) {
   result.skipped = recording->skipped();
   return result;
 }
-using Skips = std::map<std::string, std::int64_t>;
+using Skips = SkippedCounts;
 
 TEST(Malformed, CalibrationMessages) {
   const std::string good = kCalibration;

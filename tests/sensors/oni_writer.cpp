@@ -1,5 +1,5 @@
 // Records the simulated camera to an .oni file through the stock recorder.
-#include "oni_writer.hpp"
+#include "sensors/oni_writer.hpp"
 
 #include <OpenNI.h>
 

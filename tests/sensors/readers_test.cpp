@@ -3,16 +3,16 @@
 
 #include <cmath>
 
-#include <lamina/sensors/carmen_log.hpp>
-#include <lamina/sensors/png_image.hpp>
+#include <lamina/sensors/readers/carmen_log.hpp>
+#include <lamina/sensors/readers/png_image.hpp>
+#include <lamina/sensors/readers/reorder_buffer.hpp>
 #include <lamina/sensors/recording.hpp>
 #include <lamina/sensors/recording_info.hpp>
 #include <lamina/sensors/rectify.hpp>
-#include <lamina/sensors/reorder_buffer.hpp>
 #include <lamina/sensors/text.hpp>
 #include <lamina/sensors/time_order.hpp>
 
-#include "temporary_folder.hpp"
+#include "sensors/temporary_folder.hpp"
 
 namespace lamina {
 namespace {

@@ -17,7 +17,7 @@ class Listed final : public Recording {
     return i_ < all_.size() ? std::optional(all_[i_++]) : std::nullopt;
   }
   const Calibration& calibration() const override { return calibration_; }
-  std::map<std::string, std::int64_t> skipped() const override { return {}; }
+  SkippedCounts skipped() const override { return {}; }
 
  private:
   std::vector<Measurement> all_;

@@ -4,18 +4,18 @@
 #include <fstream>
 
 #include <lamina/models/error.hpp>
-#include <lamina/sensors/png_image.hpp>
+#include <lamina/sensors/readers/png_image.hpp>
 #include <lamina/sensors/recording.hpp>
 #include <lamina/sensors/text.hpp>
 
 #if LAMINA_TEST_OPENNI
-#include "oni_writer.hpp"
+#include "sensors/oni_writer.hpp"
 #endif
 #if LAMINA_TEST_ROSBAG
-#include "bag_writer.hpp"
+#include "sensors/bag_writer.hpp"
 #endif
-#include "openni_driver/simulated_depth.hpp"
-#include "temporary_folder.hpp"
+#include "sensors/openni_driver/simulated_depth.hpp"
+#include "sensors/temporary_folder.hpp"
 
 namespace lamina {
 namespace {
@@ -101,7 +101,7 @@ TEST(RoundTrip, Clouds) {
     ++clouds;
   }
   EXPECT_EQ(clouds, mode.frames);
-  EXPECT_EQ(recording->skipped(), (std::map<std::string, std::int64_t>{{"damaged cloud", 1}}));
+  EXPECT_EQ(recording->skipped(), (SkippedCounts{{"damaged cloud", 1}}));
 }
 
 #if LAMINA_TEST_ROSBAG

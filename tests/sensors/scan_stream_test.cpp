@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include <lamina/sensors/carmen_log.hpp>
+#include <lamina/sensors/readers/carmen_log.hpp>
 #include <lamina/sensors/scan_stream.hpp>
 
 namespace lamina {

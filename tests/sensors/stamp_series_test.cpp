@@ -5,7 +5,7 @@
 #include <random>
 
 #include <lamina/sensors/clock_order.hpp>
-#include <lamina/sensors/stamp_text.hpp>
+#include <lamina/sensors/readers/stamp_text.hpp>
 
 namespace lamina {
 namespace {

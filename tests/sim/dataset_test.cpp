@@ -129,13 +129,13 @@ TEST_F(Dataset, BelievedCalibrationIsOffByWhatWasAsked) {
   parameters["calibration.error_pitch_deg"] = "1.5";
   parameters["calibration.error_x_cm"] = "3";
   write_dataset(make_scene("room", parameters), folder_, short_run());
-  const Calibration believed = read_calibration(folder_ / "calibration.yaml");
+  const Calibration accepted = read_calibration(folder_ / "calibration.yaml");
   const Calibration truth = read_calibration(folder_ / "calibration_true.yaml");
-  const SE3 off = believed.depth_camera->camera.T_body_camera *
+  const SE3 off = accepted.depth_camera->camera.T_body_camera *
                   truth.depth_camera->camera.T_body_camera.inverse();
   EXPECT_NEAR(off.so3().log().y() * 180 / M_PI, 1.5, 1e-6);
   EXPECT_NEAR(
-      believed.lidar->T_body_lidar.translation().x() - truth.lidar->T_body_lidar.translation().x(),
+      accepted.lidar->T_body_lidar.translation().x() - truth.lidar->T_body_lidar.translation().x(),
       0.03, 1e-8);
 }
 

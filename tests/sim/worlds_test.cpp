@@ -34,7 +34,7 @@ TEST(Worlds, ASensorSwitchedOffKeepsItsKeysValid) {
                                           {"odometry.drift_deg_per_m", "0.5"},
                                           {"odometry.believed_sigma_rotation", "0.5"}});
   EXPECT_FALSE(world.rig.odometry);
-  EXPECT_EQ(world.rig.believed_odometry.sigma_rotation, OdometryModel{}.sigma_rotation);
+  EXPECT_EQ(world.rig.assumed_odometry.sigma_rotation, OdometryModel{}.sigma_rotation);
   EXPECT_THAT(message_of("room", {{"odometry.enabled", "false"}, {"odometry.drfit", "1"}}),
               HasSubstr("odometry.drfit"));
   // Never there, and not switched off either: nobody reads it.

@@ -9,12 +9,12 @@
 #include <limits>
 #include <optional>
 
-#include <lamina/frontend/floor/blocks.hpp>
-#include <lamina/frontend/floor/floor_frontend.hpp>
-#include <lamina/frontend/obstacles/depth_looker.hpp>
+#include <lamina/frontend/depth/blocks.hpp>
+#include <lamina/frontend/depth/floor_frontend.hpp>
+#include <lamina/frontend/motion/depth_odometry.hpp>
+#include <lamina/frontend/motion/scan_odometry.hpp>
+#include <lamina/frontend/obstacles/coarse_depth.hpp>
 #include <lamina/frontend/obstacles/obstacle_scanner.hpp>
-#include <lamina/frontend/odometry/depth_odometry.hpp>
-#include <lamina/frontend/odometry/scan_odometry.hpp>
 #include <lamina/frontend/segments/segment_frontend.hpp>
 #include <lamina/sim/caster.hpp>
 #include <lamina/sim/depth_camera.hpp>
@@ -148,7 +148,7 @@ DepthCamera any_camera(Draws& d) {
 }
 
 // What the robot believes of its camera.
-DepthCamera believed(Draws& d, DepthCamera camera) {
+DepthCamera accepted(Draws& d, DepthCamera camera) {
   if (d.chance(0.5)) return camera;
   CameraModel& c = camera.camera;
   const double focal = d.log_between(0.5, 2);
@@ -216,7 +216,7 @@ void check_scan(const ObstacleScan& scan, Judge& judge) {
 void run_images(Draws& d, Judge& judge) {
   const sim::Scene scene = world(d);
   const sim::Caster caster(scene);
-  const DepthCamera camera = any_camera(d), told = believed(d, camera);
+  const DepthCamera camera = any_camera(d), observed = accepted(d, camera);
   sim::DepthEffects effects = d.chance(0.3) ? sim::DepthEffects::none() : sim::DepthEffects();
   effects.dropout = d.chance(0.3) ? d.unit() : 0;
   const sim::DepthRenderer renderer(caster, camera, effects, d.bits());
@@ -232,7 +232,7 @@ void run_images(Draws& d, Judge& judge) {
   for (int k = 1 + d.below(3); k > 0; --k) {
     DepthFrame frame = renderer.render(T_map_body * camera.camera.T_body_camera, stamp,
                                        static_cast<std::uint64_t>(k));
-    frame.camera = told;
+    frame.camera = observed;
     spoil(d, frame.raw);
     const auto wheels = guess(d, moved);
     const FloorResult floor = judge.step([&] { return floor_frontend.process(frame); });

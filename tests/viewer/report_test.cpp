@@ -9,7 +9,7 @@
 #include <lamina/viewer/page.hpp>
 #include <lamina/viewer/report.hpp>
 
-#include "sample_map.hpp"
+#include "viewer/sample_map.hpp"
 
 namespace lamina::viewer {
 namespace {

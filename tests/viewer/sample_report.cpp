@@ -4,7 +4,7 @@
 
 #include <lamina/viewer/report.hpp>
 
-#include "sample_map.hpp"
+#include "viewer/sample_map.hpp"
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;

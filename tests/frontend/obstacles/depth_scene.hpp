@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include <lamina/frontend/floor/floor_frontend.hpp>
+#include <lamina/frontend/depth/floor_frontend.hpp>
 #include <lamina/sensors/depth_frame.hpp>
 
 namespace lamina {

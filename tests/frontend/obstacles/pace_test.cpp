@@ -6,7 +6,7 @@
 #include <lamina/frontend/obstacles/obstacle_scanner.hpp>
 #include <lamina/frontend/obstacles/positive_scan.hpp>
 
-#include "depth_scene.hpp"
+#include "frontend/obstacles/depth_scene.hpp"
 
 namespace lamina {
 namespace {

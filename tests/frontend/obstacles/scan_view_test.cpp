@@ -3,7 +3,7 @@
 
 #include <lamina/frontend/obstacles/scan_view.hpp>
 
-#include "depth_scene.hpp"
+#include "frontend/obstacles/depth_scene.hpp"
 
 namespace lamina {
 namespace {

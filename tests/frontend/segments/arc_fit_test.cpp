@@ -4,7 +4,7 @@
 #include <lamina/frontend/segments/arc_fit.hpp>
 #include <numeric>
 
-#include "scan_maker.hpp"
+#include "frontend/segments/scan_maker.hpp"
 
 namespace lamina {
 namespace {

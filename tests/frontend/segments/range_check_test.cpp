@@ -3,7 +3,7 @@
 
 #include <lamina/frontend/segments/range_check.hpp>
 
-#include "scan_maker.hpp"
+#include "frontend/segments/scan_maker.hpp"
 
 namespace lamina {
 namespace {

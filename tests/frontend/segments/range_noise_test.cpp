@@ -3,7 +3,7 @@
 
 #include <lamina/frontend/segments/range_noise.hpp>
 
-#include "scan_maker.hpp"
+#include "frontend/segments/scan_maker.hpp"
 
 namespace lamina {
 namespace {
@@ -20,7 +20,7 @@ double sigma_after(double real, double stated, int beams, int corners, double ra
   for (int k = 0; k < 40; ++k) {
     LaserScan scan = maker.scan(test::random_polygon(random, corners, 1, 8), random);
     scan.lidar.noise.range_sigma = stated;
-    noise.hear(scan);
+    noise.update(scan);
   }
   return noise.sigma();
 }
@@ -66,7 +66,7 @@ TEST(RangeNoise, GoesBackWhereScansDo) {
     maker.noise.range_sigma = k < 60 ? 0.05 : 0.01;
     LaserScan scan = maker.scan(test::room(6, 4, 2, 1.5, 0.1 * k), random);
     scan.lidar.noise.range_sigma = 0.01;
-    noise.hear(scan);
+    noise.update(scan);
     if (k == 59) {
       EXPECT_NEAR(noise.sigma(), 0.05, 0.005);
     }
@@ -83,7 +83,7 @@ TEST(RangeNoise, IsSteady) {
     maker.noise.range_sigma = k < 140 ? 0.03 : 0.045;
     LaserScan scan = maker.scan(test::room(6, 4, 2, 1.5, 0.1 * k), random);
     scan.lidar.noise.range_sigma = 0.01;
-    noise.hear(scan);
+    noise.update(scan);
   }
   EXPECT_NEAR(noise.sigma(), 0.03, 0.004);
 }

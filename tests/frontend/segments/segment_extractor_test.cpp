@@ -5,7 +5,7 @@
 #include <lamina/frontend/segments/segment_extractor.hpp>
 #include <numeric>
 
-#include "scan_maker.hpp"
+#include "frontend/segments/scan_maker.hpp"
 
 namespace lamina {
 namespace {
@@ -155,10 +155,10 @@ TEST(SegmentExtractor, MomentsHaveTheirLeastCostAtTheLine) {
   const Segments out = extractor.extract(scan);
   ASSERT_EQ(out.segments.size(), 1u);
   const ScanSegment& s = out.segments[0];
-  const double told = s.covariance.inverse()(1, 1);
-  const double curvature = curvature_of(s, 0.1 / std::sqrt(told));
-  EXPECT_GT(curvature, 0.975 * 2 * told);
-  EXPECT_LT(curvature, 1.25 * 2 * told);
+  const double observed = s.covariance.inverse()(1, 1);
+  const double curvature = curvature_of(s, 0.1 / std::sqrt(observed));
+  EXPECT_GT(curvature, 0.975 * 2 * observed);
+  EXPECT_LT(curvature, 1.25 * 2 * observed);
   EXPECT_EQ(s.moments.count(), s.count);
 }
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <set>
 
-#include "scan_maker.hpp"
+#include "frontend/segments/scan_maker.hpp"
 
 namespace lamina {
 namespace {

@@ -20,7 +20,7 @@
 #include <Driver/OniDriverAPI.h>
 #include <OniProperties.h>
 
-#include "simulated_depth.hpp"
+#include "sensors/openni_driver/simulated_depth.hpp"
 
 namespace {
 using lamina::test::DepthMode;

@@ -1,5 +1,5 @@
 #include <pcl/point_types.h>
-#include <lamina/backend/graph.hpp>
+#include <lamina/backend/graph/graph.hpp>
 using namespace std;
 // A formula from [Nobody1999].
 namespace lamina {

@@ -1,0 +1,97 @@
+// Residuals between poses and planes: moments, extrinsics, scan segments.
+#include <cmath>
+
+#include <lamina/backend/graph/factors/plane_moments.hpp>
+#include <lamina/backend/graph/factors/segment.hpp>
+
+namespace lamina {
+
+PlaneMomentsTerm::PlaneMomentsTerm(const Moments& moments_body, const Eigen::Vector3d& anchor)
+    : root_weight(std::sqrt(std::max(0.0, moments_body.weight()))),
+      mean_body(moments_body.mean()),
+      rows(scatter_root(moments_body.scatter())),
+      anchor_map(anchor) {}
+
+SE3 extrinsics_correction(const Extrinsics& sensor) {
+  const SO3 Q = SO3::rot_y(sensor.state.y()) * SO3::rot_x(sensor.state.x());
+  const Eigen::Vector3d& s = sensor.T_body_sensor.translation();
+  return SE3(Q, s - Q * s + Eigen::Vector3d(0, 0, sensor.state.z()));
+}
+
+void PlaneMomentsExtrinsicsTerm::evaluate(const PoseState& pose, const PlaneState& plane,
+                                          const FlatState& sensor, Residual& residual,
+                                          Jacobians* J) const {
+  const Eigen::Matrix3d R_pitch = SO3::rot_y(sensor.x.y()).matrix();
+  const Eigen::Matrix3d Q = R_pitch * SO3::rot_x(sensor.x.x()).matrix();
+  const Eigen::Vector3d arm = Q * (nominal.mean_body - sensor_body);
+  PlaneMomentsTerm corrected = nominal;
+  corrected.mean_body = sensor_body + arm + Eigen::Vector3d(0, 0, sensor.x.z());
+  corrected.rows = nominal.rows * Q.transpose();
+  if (J == nullptr) {
+    corrected.evaluate(pose, plane, residual, nullptr);
+    return;
+  }
+  PlaneMomentsTerm::Jacobians inner;
+  corrected.evaluate(pose, plane, residual, &inner);
+  std::get<0>(*J) = std::get<0>(inner);
+  std::get<1>(*J) = std::get<1>(inner);
+  // A small turn w (body axes, on the left of Q) moves Q v by w x Q v: n.(w x v) = w.(v x n).
+  // Roll turns about R_y(pitch) x, pitch about y.
+  const Eigen::Vector3d n_body = pose.R.transpose() * plane.n;
+  Matrix32d axes;
+  axes << R_pitch.col(0), Eigen::Vector3d::UnitY();
+  auto& J_sensor = std::get<2>(*J);
+  const double w = nominal.root_weight;
+  J_sensor.row(0) << w * arm.cross(n_body).transpose() * axes, w * n_body.z();
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d l = corrected.rows.row(k);
+    J_sensor.row(k + 1) << l.cross(n_body).transpose() * axes, 0;
+  }
+}
+
+SegmentTerm::SegmentTerm(const SegmentFactor& f, const Eigen::Vector3d& anchor)
+    : middle_body(0.5 * (f.start_body + f.end_body)),
+      sqrt_information(f.sqrt_information),
+      anchor_map(anchor) {
+  const Eigen::Vector3d along = f.end_body - f.start_body;
+  const double length = along.norm();
+  direction_body = length > 1e-9 ? Eigen::Vector3d(along / length) : Eigen::Vector3d::Zero();
+}
+
+void SegmentTerm::evaluate(const PoseState& pose, const PlaneState& plane,
+                           Eigen::Vector2d& residual, Jacobians* J) const {
+  const Eigen::Vector3d n_body = pose.R.transpose() * plane.n;
+  const Eigen::Vector3d arm = pose.R * middle_body + (pose.t - anchor_map);
+  const Eigen::Vector2d error(n_body.dot(direction_body), plane.n.dot(arm) - plane.rho);
+  residual = sqrt_information * error;
+  if (J == nullptr) return;
+  Eigen::Matrix<double, 2, 6> d_pose;
+  d_pose << 0, 0, 0, direction_body.cross(n_body).transpose(), n_body.transpose(),
+      middle_body.cross(n_body).transpose();
+  Eigen::Matrix<double, 2, 3> d_plane;
+  d_plane << (pose.R * direction_body).transpose() * plane.B, 0, arm.transpose() * plane.B, -1;
+  std::get<0>(*J).noalias() = sqrt_information * d_pose;
+  std::get<1>(*J).noalias() = sqrt_information * d_plane;
+}
+
+Eigen::Matrix2d segment_sqrt_information(const ScanSegment& segment, const NoiseFloor& floor) {
+  // s: coordinate of the middle along t = (-sin, cos). There the line lies at rho - s dtheta; the
+  // plane's normal is that of the line turned round, so its distance counts the other way.
+  const Eigen::Vector2d t(-std::sin(segment.theta), std::cos(segment.theta));
+  const double s = t.dot(0.5 * (segment.start + segment.end));
+  const double turn = t.dot(segment.end - segment.start) < 0 ? -1.0 : 1.0;
+  Eigen::Matrix2d to_middle;  // (rho, theta) -> (rotation, distance at the middle)
+  to_middle << 0, turn, -1, s;
+  Eigen::Matrix2d C = to_middle * segment.covariance * to_middle.transpose();
+  C(0, 0) += floor.sigma_tilt * floor.sigma_tilt;
+  C(1, 1) += floor.sigma_rho * floor.sigma_rho;
+  // Inverse Cholesky factor of the 2x2 covariance: S with S^T S = C^-1.
+  const double a = std::sqrt(std::max(C(0, 0), 1e-18));
+  const double b = C(1, 0) / a;
+  const double d = std::sqrt(std::max(C(1, 1) - b * b, 1e-18));
+  Eigen::Matrix2d S;
+  S << 1 / a, 0, -b / (a * d), 1 / d;
+  return S;
+}
+
+}  // namespace lamina

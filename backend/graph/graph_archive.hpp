@@ -1,0 +1,78 @@
+// How the graph's types are archived: one list of members a type.
+#pragma once
+
+#include <lamina/backend/graph/graph.hpp>
+#include <lamina/models/model_archive.hpp>
+
+namespace lamina {
+
+template <class A>
+void fields(A& a, Keyframe& v) {
+  a(v.id, v.stamp, v.T_map_body, v.fixed);
+}
+template <class A>
+void fields(A& a, LabelVotes& v) {
+  a(v.floor, v.sub_dominant, v.obstacle);
+}
+template <class A>
+void fields(A& a, PlaneLandmark& v) {
+  a(v.id, v.anchor_map, v.plane_anchor, v.covariance, v.T_map_outline, v.outline, v.observations,
+    v.first_seen, v.last_seen, v.votes, v.active, v.merged_into, v.fixed);
+}
+template <class A>
+void fields(A& a, SurfelLandmark& v) {
+  a(v.id, v.anchor, v.T_body_cell, v.radius, v.state, v.covariance, v.parent);
+}
+template <class A>
+void fields(A& a, Extrinsics& v) {
+  a(v.id, v.T_body_sensor, v.state, v.prior_sigma, v.estimate);
+}
+template <class A>
+void fields(A& a, OdometryFactor& v) {
+  a(v.from, v.to, v.T_from_to, v.sqrt_information);
+}
+template <class A>
+void fields(A& a, PlanarOdometryFactor& v) {
+  a(v.from, v.to, v.T_from_to, v.sqrt_information);
+}
+template <class A>
+void fields(A& a, LoopFactor& v) {
+  a(v.from, v.to, v.T_from_to, v.sqrt_information, v.weight);
+}
+template <class A>
+void fields(A& a, PriorFactor& v) {
+  a(v.keyframe, v.T_map_body, v.sqrt_information);
+}
+template <class A>
+void fields(A& a, PlaneMomentsFactor& v) {
+  a(v.keyframe, v.plane, v.moments_body, v.extrinsics, v.weight);
+}
+template <class A>
+void fields(A& a, SegmentFactor& v) {
+  a(v.keyframe, v.plane, v.start_body, v.end_body, v.sqrt_information, v.weight);
+}
+template <class A>
+void fields(A& a, GravityFactor& v) {
+  a(v.keyframe, v.up_body, v.sigma);
+}
+template <class A>
+void fields(A& a, SurfelMomentsFactor& v) {
+  a(v.keyframe, v.surfel, v.moments_body);
+}
+template <class A>
+void fields(A& a, SurfelParentFactor& v) {
+  a(v.surfel, v.plane, v.sigma_height, v.sigma_slope);
+}
+template <class A>
+void fields(A& a, MarginalPrior& v) {
+  a(v.keyframes, v.poses_linear, v.planes, v.planes_linear, v.surfels, v.surfels_linear,
+    v.sqrt_information, v.residual);
+}
+template <class A>
+void fields(A& a, Graph& v) {
+  a(v.keyframes, v.planes, v.surfels, v.extrinsics, v.odometry, v.planar_odometry, v.loops,
+    v.priors, v.plane_moments, v.segments, v.gravity, v.surfel_moments, v.surfel_parents,
+    v.marginal_priors, v.next_keyframe, v.next_plane, v.next_surfel, v.next_extrinsics);
+}
+
+}  // namespace lamina

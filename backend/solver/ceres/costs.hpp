@@ -1,0 +1,42 @@
+// Ceres cost functions of all factors. Parameter blocks are those of states.hpp, in the order of
+// each term's states; residuals are whitened. Ownership goes to the caller.
+#pragma once
+
+#include <memory>
+
+#include <lamina/backend/graph/graph.hpp>
+
+namespace ceres {
+class CostFunction;
+}
+
+namespace lamina {
+
+struct OdometryTerm;
+struct PlanarOdometryTerm;
+struct PriorTerm;
+struct ExtrinsicsPriorTerm;
+struct PlaneMomentsTerm;
+struct PlaneMomentsExtrinsicsTerm;
+struct SegmentTerm;
+struct GravityTerm;
+struct SurfelMomentsOwnTerm;
+struct SurfelMomentsTerm;
+struct SurfelParentTerm;
+
+ceres::CostFunction* make_cost(const OdometryTerm& term);         ///< pose, pose
+ceres::CostFunction* make_cost(const PlanarOdometryTerm& term);   ///< pose, pose
+ceres::CostFunction* make_cost(const PriorTerm& term);            ///< pose
+ceres::CostFunction* make_cost(const ExtrinsicsPriorTerm& term);  ///< extrinsics
+ceres::CostFunction* make_cost(const PlaneMomentsTerm& term);     ///< pose, plane
+ceres::CostFunction* make_cost(
+    const PlaneMomentsExtrinsicsTerm& term);                       ///< pose, plane, extrinsics
+ceres::CostFunction* make_cost(const SegmentTerm& term);           ///< pose, plane
+ceres::CostFunction* make_cost(const GravityTerm& term);           ///< pose
+ceres::CostFunction* make_cost(const SurfelMomentsOwnTerm& term);  ///< surfel
+ceres::CostFunction* make_cost(const SurfelMomentsTerm& term);     ///< seeing pose, carrier, surfel
+ceres::CostFunction* make_cost(const SurfelParentTerm& term);      ///< carrier, plane, surfel
+/// Blocks: the prior's keyframes, planes, surfels in its order. Keeps a copy of the prior.
+ceres::CostFunction* make_cost(const MarginalPrior& prior);
+
+}  // namespace lamina

@@ -1,0 +1,58 @@
+// The sensor's mounting, followed over time: pitch, roll and height against calibration.
+#pragma once
+
+#include <deque>
+
+#include <lamina/frontend/depth/floor_options.hpp>
+#include <lamina/frontend/depth/floor_result.hpp>
+#include <lamina/frontend/depth/leveling.hpp>
+
+namespace lamina {
+
+/// A Kalman filter on (roll, pitch, height) with a slow random walk. A measurement beyond four
+/// sigmas is set aside; when `confirm_frames` of them in a row agree in a turn about the camera's
+/// own place (to 1 cm: ground that rises or falls ahead passes the body at another height), the
+/// mounting was knocked and the state starts anew there. When they do not agree the camera is not
+/// rigidly mounted
+/// (`rigid` false) and the state stays what it was.
+class MountingTracker {
+ public:
+  explicit MountingTracker(const FloorOptions& options) : options_(options) {}
+
+  /// The mounting as more than one frame knows it, to some tenths of a degree: where to begin.
+  void begin(const SE3& T_body_camera_calibrated, const Leveling& mounting);
+  /// Takes one frame's floor. `covariance` of its plane in Plane's tangent (tilt, tilt, rho).
+  void update(const SE3& T_body_camera_calibrated, const Plane& floor_camera,
+              const Eigen::Matrix3d& covariance);
+  /// Whether a floor that is off for long may be a knocked camera (it may, unless told otherwise):
+  /// not where the ground slopes.
+  void accept_knocks(bool accepted) { knocks_accepted_ = accepted; }
+  /// A frame without a floor: nothing changes, `changed` is cleared.
+  void skip(const SE3& T_body_camera_calibrated);
+  const MountingEstimate& estimate() const { return estimate_; }
+  bool started() const { return estimate_.frames > 0; }
+  /// The last floor was set aside.
+  bool off() const { return !aside_.empty(); }
+
+  /// For archives (models/archive.hpp): all that one call leaves to the next.
+  template <class A>
+  friend void fields(A& a, MountingTracker& v) {
+    a(v.state_, v.P_, v.reported_, v.aside_, v.erratic_, v.estimate_);
+  }
+
+ private:
+  bool is_knock(const Eigen::Vector3d& measured) const;
+  void set_aside(const Eigen::Vector3d& measured, const Eigen::Matrix3d& R);
+  void publish(const SE3& T_body_camera_calibrated);
+
+  FloorOptions options_;
+  Eigen::Vector3d state_ = Eigen::Vector3d::Zero();  ///< roll, pitch (rad), height (m)
+  Eigen::Matrix3d P_ = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d reported_ = Eigen::Vector3d::Zero();
+  std::deque<Eigen::Vector3d> aside_;
+  int erratic_ = 0;
+  bool knocks_accepted_ = true;  // told anew for every frame
+  MountingEstimate estimate_;
+};
+
+}  // namespace lamina

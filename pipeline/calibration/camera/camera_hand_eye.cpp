@@ -1,0 +1,157 @@
+// Pieces of way as rows of a small least-squares problem.
+#include <lamina/models/median.hpp>
+#include <lamina/pipeline/calibration/camera/camera_hand_eye.hpp>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+
+namespace lamina {
+namespace {
+
+using Vector = WheelErrors::Vector;
+using Matrix = WheelErrors::Matrix;
+constexpr double kDelta = 1e-4;  // of an error, for differences
+constexpr double kHeld = 10;    // of the wheels' variance: directions an image knows worse are open
+constexpr double kOutlier = 9;  // chi-squared
+constexpr double kLeastNoise = 0.1;  // of the stated variance
+constexpr std::size_t kLeastFacts = 30;
+constexpr double kMedianSquare = 0.455;  // of a normal of variance 1
+constexpr int kRounds = 6;
+constexpr double kObserved = 2.5;  // sigmas, of the heading
+// What images' slow errors may do to the camera's heading (rad) and place (m) however long the way.
+constexpr double kSharedTurn = 0.004, kSharedPlace = 0.004;
+
+SE3 composed(const std::vector<SE3>& increments, const Vector& errors) {
+  SE3 T;
+  for (const SE3& increment : increments) T = T * corrected(increment, errors);
+  return T;
+}
+
+// Translation across the floor and yaw of a tangent.
+constexpr int kPlanar[] = {0, 1, 5};
+
+Eigen::Vector3d planar(const Vector6d& v) { return {v(kPlanar[0]), v(kPlanar[1]), v(kPlanar[2])}; }
+
+Eigen::Matrix3d planar(const Matrix6d& m) {
+  Eigen::Matrix3d p;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) p(i, j) = m(kPlanar[i], kPlanar[j]);
+  }
+  return p;
+}
+
+}  // namespace
+
+CameraAgainstWheels::CameraAgainstWheels(const Eigen::Vector2d& camera_place,
+                                         const DepthOdometryOptions& options)
+    : options_(options), camera_place_(camera_place) {}
+
+void CameraAgainstWheels::add(const std::optional<Increment>& by_wheels,
+                              const DepthMotion& by_image) {
+  const bool measured = by_image.status == ScanMotion::Status::kTracked ||
+                        by_image.status == ScanMotion::Status::kDegenerate;
+  if (!by_wheels || !measured || by_image.doubtful) {
+    piece_.reset();
+  } else if (piece_) {
+    const SE3& T = by_wheels->T_from_to;
+    const Matrix6d back = T.inverse().adjoint();
+    piece_->covariance = back * piece_->covariance * back.transpose() + by_wheels->covariance;
+    piece_->wheels.push_back(T);
+    piece_->T_images = piece_->T_images * by_image.T_prev_curr_body;
+    if (by_image.key_frame) take(by_image);
+  }
+  if (by_image.key_frame) piece_.emplace();
+}
+
+// The piece ends with a key frame, which was matched with the one it began with (and an older one
+// where that overlaps).
+void CameraAgainstWheels::take(const DepthMotion& by_image) {
+  const SE3 T_wheels_images = composed(piece_->wheels, Vector::Zero()).inverse() * piece_->T_images;
+  Matrix6d information = by_image.image_information;
+  information.diagonal().array() += 1;  // a metre, a radian: what is open stays finite
+  const Matrix6d of_image = information.inverse();
+  const Eigen::Vector3d off =
+      planar(Vector6d(T_wheels_images.log() + of_image * by_image.image_pull));
+  Eigen::Matrix<double, 3, WheelErrors::kCount> J;
+  for (int k = 0; k < WheelErrors::kCount; ++k) {
+    const Vector d = kDelta * Vector::Unit(k);
+    J.col(k) =
+        planar((composed(piece_->wheels, -d).inverse() * composed(piece_->wheels, d)).log()) /
+        (2 * kDelta);
+  }
+  const double metres = piece_->T_images.translation().norm();
+  const double radians = piece_->T_images.so3().log().norm();
+  const double t = options_.sigma_translation + options_.sigma_motion * metres;
+  const double r = options_.sigma_rotation + options_.sigma_motion * radians;
+  Eigen::Matrix3d expected = planar(piece_->covariance);
+  expected.diagonal() += Eigen::Vector3d(t * t, t * t, r * r);
+  // In units of what is expected, along the axes of what the image knows.
+  const Eigen::Matrix3d L = expected.llt().matrixL();
+  const Eigen::Matrix3d whiten = L.inverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
+      Eigen::Matrix3d(whiten * planar(of_image) * whiten.transpose()));
+  for (int k = 0; k < 3; ++k) {
+    const double variance = 1 + axes.eigenvalues()(k);
+    if (variance > kHeld) continue;
+    const Eigen::RowVector3d to_fact =
+        axes.eigenvectors().col(k).transpose() * whiten / std::sqrt(variance);
+    facts_.push_back({(to_fact * J).transpose(), to_fact * off});
+  }
+}
+
+WheelErrors CameraAgainstWheels::fit(const WheelPrior& prior) const {
+  WheelErrors result;
+  double noise = 1e9;  // variance of a fact: at first all are heard
+  for (int round = 0; round < kRounds; ++round) {
+    Matrix H = prior.information();
+    Vector b = Vector::Zero();
+    for (const Fact& fact : facts_) {
+      const double off = fact.value - fact.row.dot(result.value);
+      if (off * off > kOutlier * noise) continue;
+      const double variance = round == 0 ? 1 : noise;
+      H += fact.row * fact.row.transpose() / variance;
+      b += fact.row * fact.value / variance;
+    }
+    result.value = H.ldlt().solve(b);
+    result.covariance = H.inverse();
+    std::vector<double> squares;
+    for (const Fact& fact : facts_) {
+      squares.push_back(std::pow(fact.value - fact.row.dot(result.value), 2));
+    }
+    noise = std::max(kLeastNoise, median(squares) / kMedianSquare);
+  }
+  const Vector shared = WheelErrors::of(0, 0, 0, kSharedTurn, kSharedPlace, kSharedPlace);
+  result.covariance.diagonal() += shared.cwiseAbs2();
+  return result;
+}
+
+MountingEvidence CameraAgainstWheels::evidence() const {
+  MountingEvidence result;
+  if (facts_.size() < kLeastFacts) return result;
+  const WheelPrior prior(camera_place_);
+  const WheelErrors errors = fit(prior);
+  // The frame of the camera is turned by -direction against the wheels'.
+  Eigen::Matrix3d to_e;
+  to_e << 0, 1, 0, 0, 0, 1, -1, 0, 0;
+  const auto of_mounting = [&](const Matrix& C) {
+    return Eigen::Matrix3d(to_e * C.bottomRightCorner<3, 3>() * to_e.transpose());
+  };
+  // Of images alone: less the prior, which counts in the fit as it does here.
+  const Eigen::Matrix3d H = of_mounting(errors.covariance).inverse();
+  const Eigen::Matrix3d H_prior = of_mounting(Matrix(prior.information().inverse())).inverse();
+  result.information = H - H_prior;
+  result.pull = H * (to_e * errors.value.tail<3>());
+  return result;
+}
+
+std::optional<MountingCorrection> CameraAgainstWheels::correction() const {
+  if (facts_.size() < kLeastFacts) return std::nullopt;
+  WheelPrior prior(camera_place_);
+  const auto errors = prior.settle([&] { return std::optional(fit(prior)); }, kObserved);
+  if (!prior.mounting_is_free()) return std::nullopt;
+  return prior.correction(errors->value);
+}
+
+}  // namespace lamina

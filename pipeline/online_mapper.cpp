@@ -1,0 +1,120 @@
+// Online: each step is mapped as it comes.
+#include <lamina/pipeline/online_mapper.hpp>
+
+#include <malloc.h>
+
+#include <lamina/pipeline/calibration/report.hpp>
+#include <lamina/pipeline/loop_worker.hpp>
+#include <lamina/pipeline/map.hpp>
+#include <lamina/pipeline/write_results.hpp>
+
+namespace lamina {
+namespace {
+
+// What the solver needed for a moment lies between what stays: its pages go back to the system.
+void give_back_memory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
+
+}  // namespace
+
+AddResult StepMapper::add(const Step& step) {
+  const AddResult added =
+      mapper.add(step.observations, step.motion.T_from_to, step.motion.covariance);
+  record_.diagnostics.stages["associate"].add(added.associate_ms);
+  if (added.is_keyframe) record_.diagnostics.stages["window"].add(added.window_ms);
+  record_.window.add(step.observations.stamp, added, mapper.options().window);
+  if (step.scan && closer_.starts_submap(step.observations.stamp))
+    book_.note(step.observations, added, mapper);
+  record_.add(step, added);
+  return added;
+}
+
+OnlineSteps::OnlineSteps(const MapOptions& options, const LoopCloser& closer, RunRecord& record)
+    : mapping_(options.mapper, closer, record), uncertainty_(options), record_(record) {
+  mapping_.mapper.keep_frames_in(options.scratch_folder);
+}
+
+void OnlineSteps::add(const Step& step, const std::vector<LoopClosure>& loops, bool wheels) {
+  constexpr int kTrimEvery = 4;  // 20: some 3 MB more over half an hour
+  uncertainty_.met(step, wheels);
+  const AddResult added = mapping_.add(step);
+  upkeep_.added(added, mapping_.mapper);
+  if (added.is_keyframe && ++keyframes_ % kTrimEvery == 0) give_back_memory();
+  const int taken = mapping_.transfer(loops);
+  record_.diagnostics.counts.scan_loops += taken;
+  if (!upkeep_.due(taken, mapping_.mapper)) return;
+  refine();
+  give_back_memory();
+}
+
+void OnlineSteps::refine() {
+  const auto timer = record_.diagnostics.time("refine");
+  upkeep_.refine(mapping_.mapper);
+}
+
+Mapper OnlineSteps::finish(bool hurried) {
+  // The map that is left behind: what the last places told of it, too.
+  if (!hurried) refine();
+  uncertainty_.tell(mapping_.mapper, record_.diagnostics);
+  return std::move(mapping_.mapper);
+}
+
+Mapper map_online(Run& run) {
+  OnlineSteps steps(run.options, run.closer, run.record);
+  for_each_step(run, [&](JournalEntry&& entry) {
+    steps.add(entry.step, entry.loops, run.front_end.met_wheels());
+    run.observer.on_mapped(entry.step, steps.mapper(), run.record.diagnostics);
+    return steps.plane_count();
+  });
+  return steps.finish(run.observer.hurried());
+}
+
+OnlineMapper::OnlineMapper(const Calibration& calibration, const MapOptions& options)
+    : options_(options),
+      front_end_(options, calibration),
+      closer_([&options] {
+        MapOptions online = options;
+        online.online = true;
+        return loop_options(online);
+      }()),
+      record_(std::make_shared<RunRecord>(options.scratch_folder)),
+      steps_(options, closer_, *record_),
+      calibration_(calibration) {
+  options_.online = true;
+  begin_online(front_end_, options_, options.find_sweep);
+}
+
+std::optional<SE3> OnlineMapper::add(const Measurement& measurement) {
+  auto step = front_end_.process(measurement, record_->diagnostics);
+  if (const auto sweep = front_end_.take_found_sweep()) tell_sweep(*sweep, record_->diagnostics);
+  if (!step) return std::nullopt;
+  LoopWorker worker(options_.close_loops ? &closer_ : nullptr, false);
+  worker.add(std::move(*step));
+  for (const ClosedStep& closed : worker.ready())
+    steps_.add(closed.step, closed.loops, front_end_.met_wheels());
+  return steps_.mapper().current_pose();
+}
+
+Grids OnlineMapper::grid() {
+  PlanarMap drawn = map();
+  const Trajectory path = steps_.mapper().online_trajectory();
+  const GridOptions options = grid_options(options_);
+  add_evidence(drawn, *record_, path, options);
+  return build_grids(drawn, *record_, path, options, RunObserver());
+}
+
+void OnlineMapper::save(const std::filesystem::path& folder) {
+  const Mapper& mapper = steps_.mapper();
+  MapResult result{"online", options_, Mapper(options_.mapper, mapper.state()), record_};
+  result.map = mapper.map();
+  result.trajectory = mapper.online_trajectory();
+  result.calibration = record_->mountings.over(calibration_);
+  RunObserver nobody;
+  finish_map(result, nobody);
+  write_results(folder, result, nobody);
+}
+
+}  // namespace lamina

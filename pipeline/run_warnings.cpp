@@ -1,0 +1,79 @@
+// Warnings of readers, front-end and result, in one list.
+#include <lamina/pipeline/run_warnings.hpp>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include <lamina/pipeline/calibration/scanner_calibration.hpp>
+#include <lamina/pipeline/diagnostics.hpp>
+
+namespace lamina {
+namespace {
+
+// Frames and lines that were left out are more than an accident from a hundredth on.
+std::vector<Warning> dropped_frames(const Recording& recording, const Diagnostics& metrics) {
+  constexpr double kShare = 0.01;
+  const std::string unused[] = {"topic not used", "kind not used", "kind of line not read",
+                                "second record", "laser whose place"};
+  std::int64_t dropped = 0;
+  std::string reasons;
+  const auto firsts = recording.first_skipped();
+  for (const auto& [why, count] : metrics.skipped) {
+    const bool meant = std::any_of(std::begin(unused), std::end(unused), [&why](const auto& start) {
+      return why.compare(0, start.size(), start) == 0;
+    });
+    if (meant || why.compare(0, 6, "scan: ") == 0) continue;
+    dropped += count;
+    reasons += fmt::format("{}{} x {}", reasons.empty() ? "" : ", ", count, why);
+    if (const auto first = firsts.find(why); first != firsts.end())
+      reasons += ", first " + first->second;
+  }
+  const double kept = metrics.counts.steps;
+  if (!(static_cast<double>(dropped) > kShare * (kept + static_cast<double>(dropped)))) return {};
+  return {
+      {"frames_dropped",
+       fmt::format("{} lines or frames were left out beside {:.0f} that were mapped ({}): the map "
+                   "lacks what they saw",
+                   dropped, kept, reasons)}};
+}
+
+}  // namespace
+
+void note_assumed(const Recording& recording, Diagnostics& metrics) {
+  metrics.assumed = recording.assumed();
+  if (metrics.assumed.empty()) return;
+  spdlog::info("assumed, as nothing states it: {} (--calibration FILE states it)",
+               fmt::join(metrics.assumed, "; "));
+}
+
+void warn_of_end(const Recording& recording, Diagnostics& metrics) {
+  const double read = metrics.counts.measurements;
+  const std::string all =
+      recording.size_hint() ? fmt::format(" of {}", *recording.size_hint()) : std::string();
+  metrics.warn("interrupted",
+               fmt::format("interrupted: the map is partial ({:.0f}{} measurements were read); the "
+                           "same command with --resume goes on from the checkpoint",
+                           read, all));
+}
+
+void warn_of_result(const std::string& input, const Recording& recording, const FrontEnd& front_end,
+                    Diagnostics& metrics) {
+  const auto warn = [&metrics](std::vector<Warning> found) {
+    for (Warning& one : found) metrics.warn(std::move(one.id), std::move(one.text));
+  };
+  warn(recording.warnings());
+  warn(dropped_frames(recording, metrics));
+  warn(result_warnings(input, front_end, metrics));
+}
+
+void warn_of_scanner(Recording& again, const CalibrationOptions& options,
+                     const std::function<bool()>& ended, Diagnostics& metrics) {
+  if (const auto found = check_scanner(again, options, ended))
+    report_scanner(*found, again.calibration(), false, metrics);
+}
+
+}  // namespace lamina
