@@ -6,7 +6,6 @@
 
 #include <lamina/apps/run_display.hpp>
 #include <lamina/apps/verbs.hpp>
-#include <lamina/io/atomic_file.hpp>
 #include <lamina/models/error.hpp>
 #include <lamina/pipeline/config/settings.hpp>
 #include <lamina/pipeline/evaluation/solver_benchmark.hpp>
@@ -32,7 +31,6 @@ int refine(const std::vector<std::filesystem::path>& inputs, const std::filesyst
                            "warning: interrupted: there was no time to write the map; the maps it "
                            "was made from are as they were");
   RunDisplay display(interrupt, quiet, nullptr, output);
-  io::make_results_folder(output);
   const MapResult result = refine_sessions(inputs, options_of_text, output, display);
   const WrittenResults written = write_results(output, result, display);
   viewer::write_report(output);
