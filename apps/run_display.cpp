@@ -4,6 +4,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <lamina/io/atomic_file.hpp>
 #include <lamina/pipeline/write_results.hpp>
 
 namespace lamina::apps {
@@ -13,6 +14,13 @@ void set_up_log(bool quiet) {
       "lamina", std::make_shared<spdlog::sinks::stderr_color_sink_mt>()));
   spdlog::set_pattern("%^%l%$: %v");
   spdlog::set_level(quiet ? spdlog::level::warn : spdlog::level::info);
+}
+
+void RunDisplay::on_first_step() {
+  interrupt_.something_stands();
+  if (made_ || output_.empty()) return;
+  made_ = true;
+  io::make_results_folder(output_);
 }
 
 void RunDisplay::on_stage(std::optional<std::int64_t> total) {

@@ -25,7 +25,8 @@ class RunDisplay : public RunObserver {
 
   bool should_stop() const override { return interrupt_.interrupted(); }
   double seconds_left() const override { return interrupt_.seconds_left(); }
-  void on_first_step() override { interrupt_.something_stands(); }
+  /// The output folder is made, if it is not there.
+  void on_first_step() override;
   void on_stage(std::optional<std::int64_t> total) override;
   void on_progress(std::int64_t done, std::int64_t planes) override;
   void on_stage_end() override;
@@ -40,6 +41,7 @@ class RunDisplay : public RunObserver {
   bool quiet_;
   LivePage* live_;
   std::filesystem::path output_;
+  bool made_ = false;  // the output folder
   std::optional<std::int64_t> total_;
   std::optional<Progress> progress_;
 };

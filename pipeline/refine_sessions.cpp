@@ -197,13 +197,13 @@ MapResult refine_sessions(const std::vector<Path>& inputs, const OptionsOfText& 
   MapOptions options = options_of(session.settings, inputs.front().string());
   options.scratch_folder = scratch_folder;
   const std::vector<Joined> joined = join_all(session, inputs);
+  observer.on_first_step();
   MapResult result{"", options, Mapper(options.mapper),
                    std::make_shared<RunRecord>(scratch_folder)};
   result.record->take(session);
   result.mapper = Mapper(options.mapper, std::move(session.map));
   Mapper& mapper = result.mapper;
   const Trajectory before = mapper.trajectory();
-  observer.on_first_step();
   const RefineResult refined =
       mapper.refine({}, [&](const RefineProgress&) { return !observer.hurried(); });
   result.stopped = observer.hurried();
