@@ -10,6 +10,7 @@
 #include <optional>
 #include <regex>
 
+#include <lamina/apps/run_display.hpp>
 #include <lamina/apps/verbs.hpp>
 #include <lamina/models/error.hpp>
 #include <lamina/pipeline/config/nearest.hpp>
@@ -122,6 +123,7 @@ int run(int argc, const char* const* argv) {
   omp_set_num_threads(1);
   // A file larger than the system allows is an error of writing, not the end.
   std::signal(SIGXFSZ, SIG_IGN);
+  set_up_log(false);  // lines for people go to stderr, whatever the verb
   CLI::App app{"Planes, floors and trajectories from depth cameras, stereo and 2D lidars",
                "lamina"};
   app.require_subcommand(1);

@@ -1,4 +1,4 @@
-// Maps a recording as `lamina map INPUT --output OUTPUT` does: the same files.
+// Maps a recording as `lamina map INPUT --output OUTPUT` does: the same files but report.html.
 #include <cstdio>
 
 #include <lamina/lamina.hpp>

@@ -24,8 +24,9 @@ struct MapResult {
   PlanarMap map{};                    ///< planes, surfels, points; what moved is taken out
   /// T_map_body at the stamps of the map's steps (`clocks`, `restamped`: the recording's own).
   Trajectory trajectory{};
-  std::optional<Grids> grids{};      ///< none: stopped before they were drawn
-  Calibration calibration{};         ///< with what self-calibration adopted
+  std::optional<Grids> grids{};  ///< none: stopped before they were drawn
+  /// With what self-calibration adopted; none: saved sessions, which have no sensors.
+  std::optional<Calibration> calibration{};
   std::vector<std::string> notes{};  ///< lines for people: what of the recording was skipped first
   bool stopped = false;              ///< ended early: the map is of a part, or lacks its grids
   ClockOffsets clocks{};             ///< what corrected the stamps

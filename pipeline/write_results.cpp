@@ -37,8 +37,8 @@ void write_edges(const std::filesystem::path& file, const std::vector<EdgePoint>
 // What an earlier run of another recording or mode left is not this map's: paths, errors, charts.
 void remove_files_of_another_map(const fs::path& folder) {
   std::error_code ignored;
-  for (const char* file :
-       {"trajectory_before.txt", "evaluation.json", "window.csv", "path.csv", "path.png"}) {
+  for (const char* file : {"trajectory_before.txt", "evaluation.json", "window.csv", "path.csv",
+                           "path.png", "report.html"}) {
     fs::remove(folder / file, ignored);
   }
   for (int i = 1; fs::remove(folder / fmt::format("trajectory_{}.txt", i), ignored); ++i) {
@@ -207,7 +207,7 @@ WrittenResults Writer::write() {
     if (whole) {
       write_drawn();
       write_session();
-      written_.insert({"session.lamina", "report.html"});
+      written_.insert("session.lamina");
     }
   } catch (const EndedEarly&) {
     whole = false;
@@ -237,8 +237,9 @@ void write_path(const fs::path& folder, const MapResult& result) {
   result.record->window.write(folder / "window.csv");
   if (result.options.to_yaml)
     io::write_atomically(folder / "config.yaml", as_yaml(result.options, true));
-  io::write_atomically(folder / "calibration_found.yaml",
-                       calibration_found(result.calibration, result.diagnostics()));
+  if (result.calibration)
+    io::write_atomically(folder / "calibration_found.yaml",
+                         calibration_found(*result.calibration, result.diagnostics()));
 }
 
 WrittenResults write_results(const fs::path& folder, const MapResult& result,

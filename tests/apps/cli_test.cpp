@@ -125,6 +125,14 @@ TEST(Run, SessionsOfOneRoomAreJoined) {
   }
 }
 
+TEST(Run, RefiningInPlaceKeepsTheCalibrationThatWasFound) {
+  const Path map = scratch() / "in_place";
+  std::filesystem::copy(mapped(1), map, std::filesystem::copy_options::recursive);
+  const std::string found = text_of(map / "calibration_found.yaml");
+  ASSERT_EQ(run({"refine", map, "--output", map, "--quiet"}), 0);
+  EXPECT_EQ(text_of(map / "calibration_found.yaml"), found);
+}
+
 TEST(Run, SessionsThatShareNothingAreRefusedInOneLine) {
   const Path hole = scratch() / "hole", map = scratch() / "map_hole", log = scratch() / "log";
   ASSERT_EQ(run({"simulate", "hole", "--output", hole, "--duration", "2", "--quiet"}), 0);
