@@ -8,7 +8,6 @@
 #include <lamina/apps/verbs.hpp>
 #include <lamina/io/atomic_file.hpp>
 #include <lamina/models/error.hpp>
-#include <lamina/pipeline/checkpoint.hpp>
 #include <lamina/pipeline/config/map_request.hpp>
 #include <lamina/pipeline/map.hpp>
 #include <lamina/pipeline/write_results.hpp>
@@ -55,6 +54,7 @@ int run(const MapCommand& command) {
   set_up_log(command.quiet);
   InterruptGuard interrupt = guard(command);
   const auto [source, options] = requested(command);
+  for (const std::string& line : options.former_names) spdlog::warn(line);
   io::make_results_folder(command.output);
   std::optional<LivePage> page;
   if (command.live) {
@@ -66,7 +66,6 @@ int run(const MapCommand& command) {
   const WrittenResults written = write_results(command.output, result, display);
   viewer::write_report(command.output);
   const bool whole = written.whole && !result.stopped;
-  if (whole) Checkpoint::remove(command.output);
   interrupt.all_is_written();
   if (page) page->finished(command.output);
   fmt::print("{}", written.summary);

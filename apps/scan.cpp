@@ -38,6 +38,7 @@ int scan(const std::string& input, const std::filesystem::path& output,
   if (const auto wrong = problems(settings); !wrong.empty()) {
     throw Error("settings: " + wrong.front());
   }
+  for (const std::string& line : settings.former_names) fmt::print(stderr, "warning: {}\n", line);
   InterruptGuard interrupt(InterruptGuard::Kind::kWithinASecond,
                            "warning: interrupted before the first scan: nothing was written",
                            "warning: interrupted: there was no time to write the scans");

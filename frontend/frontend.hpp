@@ -124,8 +124,8 @@ class FrontEnd {
   bool met_odometry() const { return wheels_met_; }
   /// Lawful errors that the wheels may have still (scale, drift, turn scale), 1-sigma.
   Eigen::Vector3d wheel_errors_left() const { return learned_.left(); }
-  /// Log and counts, where the scanner's ranges scattered by more than stated.
-  void tell_scanner_noise(Diagnostics& metrics) const;
+  /// m, 1-sigma: how far the scanner's ranges scattered at most; 0 where no more than stated.
+  double scanner_noise() const { return scanner_noise_; }
   /// Images in which the ground changes its slope.
   std::int64_t slopes_seen() const { return slopes_seen_; }
   /// How far ranges of scans scatter, against what is stated.

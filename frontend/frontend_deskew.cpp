@@ -1,6 +1,4 @@
 // Scans as of one instant: what the body did while the beam went round taken out.
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -69,13 +67,6 @@ LaserScan FrontEnd::as_noisy_as_it_is(const LaserScan& measured) {
   if (scan.lidar.noise.range_sigma > measured.lidar.noise.range_sigma)
     scanner_noise_ = std::max(scanner_noise_, scan.lidar.noise.range_sigma);
   return scan;
-}
-
-void FrontEnd::tell_scanner_noise(Diagnostics& metrics) const {
-  if (scanner_noise_ == 0) return;
-  spdlog::info("scanner's ranges scatter by up to {:.1f} cm, more than stated: taken so",
-               100 * scanner_noise_);
-  metrics.counts.scanner_noise_cm = 100 * scanner_noise_;
 }
 
 // The scan as the front-ends take it; returns from the ground are left out, and counted.

@@ -73,7 +73,7 @@ Header header_of(ArchiveReader& archive, const std::filesystem::path& folder,
 }  // namespace
 
 template <class A>
-void fields(A& a, JournalEntry& v) {
+void fields(A& a, ClosedStep& v) {
   a(v.step, v.loops);
 }
 
@@ -102,7 +102,7 @@ void Checkpoint::require_same_run() const {
 }
 
 std::int64_t Checkpoint::resume(FrontEnd& front_end, LoopCloser& closer,
-                                const std::function<void(JournalEntry&&)>& take) {
+                                const std::function<void(ClosedStep&&)>& take) {
   const auto file = folder_ / "state";
   if (!std::filesystem::exists(file)) {
     begin();
@@ -120,7 +120,7 @@ std::int64_t Checkpoint::resume(FrontEnd& front_end, LoopCloser& closer,
     }
     ArchiveReader entries(journal);
     while (!entries.at_end()) {
-      JournalEntry entry;
+      ClosedStep entry;
       entries(entry);
       take(std::move(entry));
     }
@@ -167,7 +167,6 @@ void Checkpoint::append_journal() {
 }
 
 void Checkpoint::save(const FrontEnd& front_end, const LoopCloser& closer) {
-  const auto begin = Clock::now();
   append_journal();
   ::fsync(journal_);
   io::write_sealed(folder_ / "state", kKind, [&](const ArchiveWriter::Put& put) {
@@ -176,7 +175,6 @@ void Checkpoint::save(const FrontEnd& front_end, const LoopCloser& closer) {
     archive.flush();
   });
   last_ = Clock::now();
-  seconds_ += std::chrono::duration<double>(last_ - begin).count();
   ++saves_;
 }
 

@@ -15,16 +15,9 @@
 #include <string>
 #include <vector>
 
-#include <lamina/frontend/frontend.hpp>
-#include <lamina/frontend/loops/loop_closer.hpp>
+#include <lamina/pipeline/closed_step.hpp>
 
 namespace lamina {
-
-/// A step with the loops that its scan closed.
-struct JournalEntry {
-  Step step;
-  std::vector<LoopClosure> loops;
-};
 
 class Checkpoint {
  public:
@@ -40,7 +33,7 @@ class Checkpoint {
   /// in order. Returns how many measurements it holds; 0: none there, begin at the beginning.
   /// Throws lamina::Error when it is of another run, or damaged.
   std::int64_t resume(FrontEnd& front_end, LoopCloser& closer,
-                      const std::function<void(JournalEntry&&)>& take);
+                      const std::function<void(ClosedStep&&)>& take);
   /// Forgets what an earlier run left.
   void begin();
   /// A step of the journal; on disk at the next save().
@@ -53,9 +46,8 @@ class Checkpoint {
   void save(const FrontEnd& front_end, const LoopCloser& closer);
   /// The results are written: nothing to go on from. `output`: as given to the constructor.
   static void remove(const std::filesystem::path& output);
-  /// Times a checkpoint was written, and how long that took in all (s).
+  /// Times a checkpoint was written.
   std::int64_t saves() const { return saves_; }
-  double seconds() const { return seconds_; }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -67,7 +59,6 @@ class Checkpoint {
   std::string pending_;  // entries that are not in the journal yet
   std::int64_t measurements_ = 0, saves_ = 0;
   std::uint64_t journal_bytes_ = 0, journal_sum_ = 0;
-  double seconds_ = 0;
   int journal_ = -1;  // file descriptor
   Clock::time_point last_ = Clock::now();
 };

@@ -6,32 +6,35 @@
 
 namespace lamina {
 
+ClosedStep close_loops(Step&& step, LoopCloser* closer) {
+  ClosedStep closed{std::move(step), {}, {}};
+  if (!closer || !closed.step.scan_motion) return closed;
+  const auto begin = std::chrono::steady_clock::now();
+  closed.loops = closer->add(closed.step.scan.value(), *closed.step.scan_motion);
+  closed.closing_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  return closed;
+}
+
 LoopWorker::LoopWorker(LoopCloser* closer, bool beside) : closer_(closer) {
   if (beside) thread_ = std::thread([this] { run(); });
 }
 
 LoopWorker::~LoopWorker() { stop(); }
 
-void LoopWorker::close(ClosedStep& entry) {
-  if (!closer_ || !entry.step.scan_motion) return;
-  const auto begin = std::chrono::steady_clock::now();
-  entry.loops = closer_->add(entry.step.scan.value(), *entry.step.scan_motion);
-  entry.closing_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-}
-
 void LoopWorker::run() {
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [this] { return stopped_ || !waiting_.empty(); });
     if (stopped_) return;
-    ClosedStep entry = std::move(waiting_.front());
+    Step step = std::move(waiting_.front());
     waiting_.pop_front();
     busy_ = true;
     lock.unlock();
+    ClosedStep closed;
     std::exception_ptr failure;
     try {
-      close(entry);
+      closed = close_loops(std::move(step), closer_);
     } catch (...) {
       failure = std::current_exception();
     }
@@ -41,22 +44,20 @@ void LoopWorker::run() {
       failure_ = failure;
       stopped_ = true;
     } else {
-      done_.push_back(std::move(entry));
+      done_.push_back(std::move(closed));
     }
     changed_.notify_all();
   }
 }
 
 void LoopWorker::add(Step&& step) {
-  ClosedStep entry{std::move(step), {}, {}};
   if (!thread_.joinable()) {
-    close(entry);
-    done_.push_back(std::move(entry));
+    done_.push_back(close_loops(std::move(step), closer_));
     return;
   }
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [this] { return stopped_ || waiting_.size() < kAhead; });
-  waiting_.push_back(std::move(entry));
+  waiting_.push_back(std::move(step));
   changed_.notify_all();
 }
 

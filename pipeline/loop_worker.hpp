@@ -5,21 +5,12 @@
 #include <deque>
 #include <exception>
 #include <mutex>
-#include <optional>
 #include <thread>
 #include <vector>
 
-#include <lamina/frontend/frontend.hpp>
-#include <lamina/frontend/loops/loop_closer.hpp>
+#include <lamina/pipeline/closed_step.hpp>
 
 namespace lamina {
-
-/// A step with the loops that its scan closed.
-struct ClosedStep {
-  Step step;
-  std::vector<LoopClosure> loops;
-  std::optional<double> closing_ms;  ///< none: the closer was not asked
-};
 
 /// Gives each step to the loop closer and hands it back with the loops that its scan closed, in the
 /// order of the steps: when that is done changes, never what it is. The closer must be left alone
@@ -45,13 +36,12 @@ class LoopWorker {
  private:
   static constexpr std::size_t kAhead = 64;
   void run();
-  void close(ClosedStep& entry);
   std::vector<ClosedStep> take_done();
 
   LoopCloser* closer_;
   std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<ClosedStep> waiting_;
+  std::deque<Step> waiting_;
   std::vector<ClosedStep> done_;
   bool busy_ = false, stopped_ = false;
   std::exception_ptr failure_;

@@ -33,7 +33,7 @@ void look_first(MapInput& input, FrontEnd& front_end, Run& run) {
     input.recording.reset();
     input.recording = input.open_again();
   }
-  if (!input.offline()) return begin_online(front_end, input.options, input.options.find_sweep);
+  if (!input.offline()) return begin_online(front_end, input.options);
   const OpenReclocked open_reclocked = [&input](const ClockOffsets& offsets) {
     return input.open_reclocked(offsets);
   };
@@ -50,11 +50,8 @@ void require_steps(const std::string& name, const Mapper& mapper, const Diagnost
 }
 
 // What the run found out about its sensors, its input and its result.
-void report(MapResult& result, MapInput& input, FrontEnd& front_end, const Run& run) {
+void report(MapResult& result, MapInput& input, const Run& run) {
   Diagnostics& diagnostics = result.diagnostics();
-  if (front_end.met_wheels())
-    result.record->wheel_path.tell(front_end.wheel_errors_left(), diagnostics);
-  front_end.tell_scanner_noise(diagnostics);
   result.calibration = result.record->mountings.over(input.sensors);
   result.clocks = input.clocks;
   result.restamped = input.recording->restamped();
@@ -85,12 +82,6 @@ void warn(MapResult& result, MapInput& input, const FrontEnd& front_end, RunObse
 
 }  // namespace
 
-void begin_online(FrontEnd& front_end, const MapOptions& options, bool look_for_sweep) {
-  if (options.online && options.follow_slopes) front_end.follow_slopes();
-  if (options.online && options.images_beside_wheels) front_end.ask_images_beside_wheels();
-  if (look_for_sweep && options.sweep == 0) front_end.watch_for_sweep();
-}
-
 MapResult map(const RecordingSource& source, const MapOptions& options, RunObserver& observer) {
   MapInput input(source, options, observer);
   const auto kept = std::make_shared<RunRecord>(options.scratch_folder);
@@ -104,10 +95,10 @@ MapResult map(const RecordingSource& source, const MapOptions& options, RunObser
   look_first(input, front_end, run);
   Mapper mapper = options.online ? map_online(run) : map_offline(run);
   record.add_skipped(input.recording->skipped());
-  record.add_skipped(front_end.skipped());
+  report_front_end(front_end, record);
   require_steps(source.name, mapper, record.diagnostics);
   MapResult result{source.name, input.options, std::move(mapper), kept};
-  report(result, input, front_end, run);
+  report(result, input, run);
   check_ground(input, front_end, result.diagnostics());
   result.map = result.mapper.map();
   result.trajectory =

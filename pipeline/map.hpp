@@ -19,7 +19,4 @@ namespace lamina {
 MapResult map(const RecordingSource& source, const MapOptions& options, RunObserver& observer);
 MapResult map(const RecordingSource& source, const MapOptions& options);
 
-/// Looks for what needs no look ahead: front-ends that map step by step.
-void begin_online(FrontEnd& front_end, const MapOptions& options, bool look_for_sweep);
-
 }  // namespace lamina

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <lamina/pipeline/calibration/camera/camera_time_offset.hpp>
+#include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/sensors/camera_corrected_recording.hpp>
 #include <lamina/sensors/corrected_recording.hpp>
 
@@ -15,7 +16,7 @@ MapInput::MapInput(const RecordingSource& source, const MapOptions& stated,
   recording = open();
   readings = 1;
   sensors = recording->calibration();
-  spdlog::info("preset {}", options.preset);
+  run_log().info("preset {}", options.preset);
   clocks = {-options.scanner_delay, -options.camera_delay, -options.odometry_delay};
   if (!live() && (sensors.depth_camera || sensors.stereo_camera))
     check([&observer] { return observer.should_stop(); });

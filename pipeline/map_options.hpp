@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <set>
 #include <string>
 
 #include <lamina/frontend/loops/loop_closer.hpp>
@@ -33,6 +34,8 @@ struct MapOptions : CalibrationOptions {
   std::filesystem::path checkpoint_folder;
   std::string checkpoint_identity;  ///< what else a run must share that goes on from it
   bool resume = false;              ///< go on from the checkpoint
+  /// Settings that were given by their former names: a line each.
+  std::set<std::string> former_names;
   /// How these are written as YAML, with or without comments, into config.yaml and the session;
   /// null: they are not. pipeline/config sets it.
   std::string (*to_yaml)(const MapOptions& options, bool comments) = nullptr;

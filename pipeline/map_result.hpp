@@ -1,6 +1,7 @@
 // A map and everything that its run knows of it.
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -28,8 +29,9 @@ struct MapResult {
   /// With what self-calibration adopted; none: saved sessions, which have no sensors.
   std::optional<Calibration> calibration{};
   std::vector<std::string> notes{};  ///< lines for people: what of the recording was skipped first
-  bool stopped = false;              ///< ended early: the map is of a part, or lacks its grids
-  ClockOffsets clocks{};             ///< what corrected the stamps
+  std::vector<std::filesystem::path> sessions{};  ///< files that the map was made of, if any
+  bool stopped = false;   ///< ended early: the map is of a part, or lacks its grids
+  ClockOffsets clocks{};  ///< what corrected the stamps
   std::map<Timestamp, Timestamp>
       restamped{};  ///< stamps of the map -> of the recording, where others
 

@@ -34,6 +34,12 @@ class StepMapper {
 /// where they are; then what the known path says of sensors, window, loops and refinement.
 Mapper map_offline(Run& run);
 
+/// A front-end that maps step by step finds on the way what needs no look ahead.
+void begin_online(FrontEnd& front_end, const MapOptions& options);
+
+/// Errors of wheels and scatter of ranges that the front-end found, and what it left out.
+void report_front_end(const FrontEnd& front_end, RunRecord& record);
+
 /// What a robot would have had at each instant.
 Mapper map_online(Run& run);
 

@@ -9,6 +9,7 @@
 
 #include <lamina/backend/refine/refiner.hpp>
 #include <lamina/pipeline/calibration/extrinsics_uncertainty.hpp>
+#include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/pipeline/calibration/report.hpp>
 #include <lamina/pipeline/hole_steps.hpp>
 #include <lamina/pipeline/path_correction.hpp>
@@ -30,7 +31,7 @@ void refine(Mapper& mapper, RunRecord& record, const std::function<bool()>& ende
   // Nothing to solve is no plane, too: that is said once.
   const bool solved =
       result.status == SolveStatus::kConverged || result.status == SolveStatus::kNothingToSolve;
-  if (!solved && !ended()) spdlog::warn("refinement: {}", to_string(result.status));
+  if (!solved && !ended()) run_log().warn("refinement: {}", to_string(result.status));
 }
 
 // Where an image's floor gave the first pose, the map's floor takes its place: it becomes z = 0,
@@ -67,7 +68,7 @@ Gathered read_all(Run& run) {
   const auto gather = [&all](const std::vector<LoopClosure>& found) {
     all.loops.insert(all.loops.end(), found.begin(), found.end());
   };
-  for_each_step(run, [&](JournalEntry&& entry) {
+  for_each_step(run, [&](ClosedStep&& entry) {
     gather(entry.loops);
     run.observer.on_read(entry.step, run.record.diagnostics);
     all.steps.push_back(std::move(entry.step));

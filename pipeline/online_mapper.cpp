@@ -2,10 +2,11 @@
 #include <lamina/pipeline/online_mapper.hpp>
 
 #include <malloc.h>
+#include <spdlog/spdlog.h>
 
+#include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/pipeline/calibration/report.hpp>
-#include <lamina/pipeline/loop_worker.hpp>
-#include <lamina/pipeline/map.hpp>
+#include <lamina/pipeline/diagnostics.hpp>
 #include <lamina/pipeline/write_results.hpp>
 
 namespace lamina {
@@ -62,9 +63,26 @@ Mapper OnlineSteps::finish(bool hurried) {
   return std::move(mapping_.mapper);
 }
 
+void begin_online(FrontEnd& front_end, const MapOptions& options) {
+  if (options.online && options.follow_slopes) front_end.follow_slopes();
+  if (options.online && options.images_beside_wheels) front_end.ask_images_beside_wheels();
+  if (options.find_sweep && options.sweep == 0) front_end.watch_for_sweep();
+}
+
+void report_front_end(const FrontEnd& front_end, RunRecord& record) {
+  if (front_end.met_wheels())
+    record.wheel_path.tell(front_end.wheel_errors_left(), record.diagnostics);
+  if (const double noise = front_end.scanner_noise(); noise > 0) {
+    run_log().info("scanner's ranges scatter by up to {:.1f} cm, more than stated: taken so",
+                   100 * noise);
+    record.diagnostics.counts.scanner_noise_cm = 100 * noise;
+  }
+  record.add_skipped(front_end.skipped());
+}
+
 Mapper map_online(Run& run) {
   OnlineSteps steps(run.options, run.closer, run.record);
-  for_each_step(run, [&](JournalEntry&& entry) {
+  for_each_step(run, [&](ClosedStep&& entry) {
     steps.add(entry.step, entry.loops, run.front_end.met_wheels());
     run.observer.on_mapped(entry.step, steps.mapper(), run.record.diagnostics);
     return steps.plane_count();
@@ -84,17 +102,16 @@ OnlineMapper::OnlineMapper(const Calibration& calibration, const MapOptions& opt
       steps_(options, closer_, *record_),
       calibration_(calibration) {
   options_.online = true;
-  begin_online(front_end_, options_, options.find_sweep);
+  begin_online(front_end_, options_);
 }
 
 std::optional<SE3> OnlineMapper::add(const Measurement& measurement) {
   auto step = front_end_.process(measurement, record_->diagnostics);
   if (const auto sweep = front_end_.take_found_sweep()) tell_sweep(*sweep, record_->diagnostics);
   if (!step) return std::nullopt;
-  LoopWorker worker(options_.close_loops ? &closer_ : nullptr, false);
-  worker.add(std::move(*step));
-  for (const ClosedStep& closed : worker.ready())
-    steps_.add(closed.step, closed.loops, front_end_.met_wheels());
+  const ClosedStep closed =
+      close_loops(std::move(*step), options_.close_loops ? &closer_ : nullptr);
+  steps_.add(closed.step, closed.loops, front_end_.met_wheels());
   return steps_.mapper().current_pose();
 }
 
@@ -106,15 +123,28 @@ Grids OnlineMapper::grid() {
   return build_grids(drawn, *record_, path, options, RunObserver());
 }
 
+Diagnostics OnlineMapper::diagnostics() const {
+  Diagnostics all = record_->diagnostics;
+  all.skipped = front_end_.skipped();
+  return all;
+}
+
+// What is reported is of this instant: the record that goes on does not keep it.
 void OnlineMapper::save(const std::filesystem::path& folder) {
+  const Diagnostics so_far = record_->diagnostics;
   const Mapper& mapper = steps_.mapper();
   MapResult result{"online", options_, Mapper(options_.mapper, mapper.state()), record_};
-  result.map = mapper.map();
+  steps_.report_uncertainty(result.mapper);
+  report_front_end(front_end_, *record_);
+  result.map = result.mapper.map();
   result.trajectory = mapper.online_trajectory();
   result.calibration = record_->mountings.over(calibration_);
   RunObserver nobody;
   finish_map(result, nobody);
+  for (Warning& one : result_warnings(result.recording, front_end_, record_->diagnostics))
+    record_->diagnostics.warn(std::move(one.id), std::move(one.text));
   write_results(folder, result, nobody);
+  record_->diagnostics = so_far;
 }
 
 }  // namespace lamina

@@ -22,6 +22,8 @@ class OnlineSteps {
   void add(const Step& step, const std::vector<LoopClosure>& loops, bool wheels);
   const Mapper& mapper() const { return mapping_.mapper; }
   std::int64_t plane_count() const { return mapping_.plane_count(); }
+  /// To a mapper of this state: what is unknown of where sensors sit.
+  void report_uncertainty(Mapper& mapper) const { uncertainty_.tell(mapper, record_.diagnostics); }
   /// Nothing comes any more; `hurried`: the map is left as it is.
   Mapper finish(bool hurried);
 
@@ -52,7 +54,8 @@ class OnlineMapper {
   Grids grid();
   /// Every file of a map (write_results), as of now.
   void save(const std::filesystem::path& folder);
-  const Diagnostics& diagnostics() const { return record_->diagnostics; }
+  /// Figures and warnings so far, and what was left out.
+  Diagnostics diagnostics() const;
 
  private:
   MapOptions options_;

@@ -13,6 +13,7 @@
 #include <lamina/io/figure_names.hpp>
 #include <lamina/io/session.hpp>
 #include <lamina/models/error.hpp>
+#include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/pipeline/map_result.hpp>
 
 namespace lamina {
@@ -41,8 +42,8 @@ void make_later(io::Session& session, const io::Session& than) {
   if (session.parts.empty() || first > last) return;
   const std::int64_t shift = (last - first) / 1'000'000'000 + 10;
   session.shift_time(shift * 1'000'000'000);
-  spdlog::info("{}: begins before the others end; its stamps are {} s later in the joined files",
-               session.parts.front().name, shift);
+  run_log().info("{}: begins before the others end; its stamps are {} s later in the joined files",
+                 session.parts.front().name, shift);
 }
 
 // Where rays of its scans went, those made from depth included. A scan every 0.3 m or 20 degrees
@@ -106,14 +107,14 @@ std::optional<Joined> join(io::Session& map, io::Session& more, const Path& seco
     return std::nullopt;
   }
   const SE3& T = found.overlap->T_a_b;
-  spdlog::info(
+  run_log().info(
       "{}: joined by {} planes and {:.0f} m of wall (evidence {:.0f}, needed {:.0f}), moved by "
       "{:.2f} m and {:.1f} degrees",
       second.string(), found.overlap->planes.size(), found.wall_m, found.evidence, found.needed,
       T.translation().norm(), T.so3().log().norm() * 180 / M_PI);
   if (found.kept_frame) {
-    spdlog::warn("{}: another place fits nearly as well; taken is the one that keeps its frame",
-                 second.string());
+    run_log().warn("{}: another place fits nearly as well; taken is the one that keeps its frame",
+                   second.string());
   }
   make_later(more, map);
   Joined joined{second, static_cast<KeyframeId>(map.map.graph.next_keyframe), {}, {}};
@@ -200,6 +201,7 @@ MapResult refine_sessions(const std::vector<Path>& inputs, const OptionsOfText& 
   observer.on_first_step();
   MapResult result{"", options, Mapper(options.mapper),
                    std::make_shared<RunRecord>(scratch_folder)};
+  for (const Path& input : inputs) result.sessions.push_back(session_file(input));
   result.record->take(session);
   result.mapper = Mapper(options.mapper, std::move(session.map));
   Mapper& mapper = result.mapper;
@@ -213,7 +215,7 @@ MapResult refine_sessions(const std::vector<Path>& inputs, const OptionsOfText& 
   }
   result.record->set_refinement(refined, before, mapper.trajectory());
   if (!result.stopped && refined.status != SolveStatus::kConverged)
-    spdlog::warn("refinement: {}", to_string(refined.status));
+    run_log().warn("refinement: {}", to_string(refined.status));
   result.map = mapper.map();
   result.trajectory = mapper.trajectory();
   finish_map(result, observer);

@@ -11,6 +11,7 @@
 #include <lamina/backend/refine/refiner.hpp>
 #include <lamina/grid/evidence/looks_archive.hpp>
 #include <lamina/io/decimal_seconds.hpp>
+#include <lamina/pipeline/calibration/log.hpp>
 
 namespace lamina {
 
@@ -80,8 +81,8 @@ void RunRecord::note_tracking(Timestamp stamp, bool lost) {
     if (!lost_) {
       constexpr std::size_t kMostLines = 5;  // metrics.json has them all
       if (spans.size() < kMostLines) {
-        spdlog::warn("tracking lost after {:.3f} s: the motion up to {:.3f} s is a guess", after,
-                     stamp.seconds());
+        run_log().warn("tracking lost after {:.3f} s: the motion up to {:.3f} s is a guess", after,
+                       stamp.seconds());
       }
       if (spans.size() < Diagnostics::kMostSpans) spans.push_back({after, std::nullopt});
     }

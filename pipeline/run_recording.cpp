@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/pipeline/calibration/report.hpp>
 #include <lamina/pipeline/loop_worker.hpp>
 #include <lamina/pipeline/reader.hpp>
@@ -36,7 +37,7 @@ LoopCloserOptions loop_options(const MapOptions& options) {
 namespace {
 
 // How many measurements the steps of a checkpoint stand for.
-std::int64_t gone_on_from_checkpoint(Run& run, const std::function<void(JournalEntry&&)>& take) {
+std::int64_t gone_on_from_checkpoint(Run& run, const std::function<void(ClosedStep&&)>& take) {
   if (!run.checkpoint) return 0;
   if (!run.options.resume) {
     run.checkpoint->begin();
@@ -44,27 +45,27 @@ std::int64_t gone_on_from_checkpoint(Run& run, const std::function<void(JournalE
   }
   const std::int64_t skip = run.checkpoint->resume(run.front_end, run.closer, take);
   if (skip == 0) {
-    spdlog::info("no checkpoint yet, starting from the beginning");
+    run_log().info("no checkpoint yet, starting from the beginning");
     return 0;
   }
-  spdlog::info("resumed after {} measurements", skip);
+  run_log().info("resumed after {} measurements", skip);
   run.observer.on_first_step();
   return skip;
 }
 
 }  // namespace
 
-bool for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& take) {
+bool for_each_step(Run& run, const std::function<std::int64_t(ClosedStep&&)>& take) {
   std::int64_t done = 0, planes = 0;
   bool whole = true;
   const std::int64_t skip =
-      gone_on_from_checkpoint(run, [&](JournalEntry&& entry) { planes = take(std::move(entry)); });
+      gone_on_from_checkpoint(run, [&](ClosedStep&& entry) { planes = take(std::move(entry)); });
   Diagnostics& metrics = run.record.diagnostics;
   const auto hand_on = [&](std::vector<ClosedStep>&& closed) {
     for (ClosedStep& one : closed) {
       if (one.closing_ms) metrics.stages["loops"].add(*one.closing_ms);
       if (run.checkpoint) run.checkpoint->add(one.step, one.loops);
-      planes = take({std::move(one.step), std::move(one.loops)});
+      planes = take(std::move(one));
       run.observer.on_first_step();
     }
   };

@@ -35,6 +35,6 @@ struct Run {
 /// planes there are now. Goes on from a checkpoint when asked to, and leaves one of all that was
 /// read; ends early where the observer stops it. Offline and with two threads, loops are closed
 /// beside the front-end. Returns false where it was ended early.
-bool for_each_step(Run& run, const std::function<std::int64_t(JournalEntry&&)>& take);
+bool for_each_step(Run& run, const std::function<std::int64_t(ClosedStep&&)>& take);
 
 }  // namespace lamina

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/pipeline/calibration/scanner_calibration.hpp>
 #include <lamina/pipeline/diagnostics.hpp>
 
@@ -46,8 +47,8 @@ std::vector<Warning> dropped_frames(const Recording& recording, const Diagnostic
 void note_assumed(const Recording& recording, Diagnostics& metrics) {
   metrics.assumed = recording.assumed();
   if (metrics.assumed.empty()) return;
-  spdlog::info("assumed, as nothing states it: {} (--calibration FILE states it)",
-               fmt::join(metrics.assumed, "; "));
+  run_log().info("assumed, as nothing states it: {} (--calibration FILE states it)",
+                 fmt::join(metrics.assumed, "; "));
 }
 
 void warn_of_end(const Recording& recording, Diagnostics& metrics) {

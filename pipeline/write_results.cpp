@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <ostream>
 #include <set>
@@ -16,6 +17,7 @@
 #include <lamina/io/ply_files.hpp>
 #include <lamina/io/scan_files.hpp>
 #include <lamina/io/terrain_files.hpp>
+#include <lamina/pipeline/checkpoint.hpp>
 
 namespace lamina {
 namespace {
@@ -111,13 +113,17 @@ void Writer::write_grids(const Grids& grids) {
   written_.insert({"occupancy.yaml", "occupancy.pgm"});
 }
 
-// What of an earlier run would lie beside a path that is another.
+// What of an earlier run would lie beside a path that is another; never a session that this map was
+// made of.
 void Writer::remove_what_was_not_written() const {
   std::error_code ignored;
-  for (const char* file :
-       {"scans.csv", "edges.csv", "map.yaml", "map.png", "occupancy.yaml", "occupancy.pgm",
-        "terrain.ply", "grid", "report.html", "session.lamina"}) {
-    if (written_.count(file) == 0) std::filesystem::remove_all(folder_ / file, ignored);
+  const auto read = [&](const fs::path& file) {
+    return std::any_of(result_.sessions.begin(), result_.sessions.end(),
+                       [&](const fs::path& one) { return fs::equivalent(one, file, ignored); });
+  };
+  for (const char* file : {"scans.csv", "edges.csv", "map.yaml", "map.png", "occupancy.yaml",
+                           "occupancy.pgm", "terrain.ply", "grid", "session.lamina"}) {
+    if (written_.count(file) == 0 && !read(folder_ / file)) fs::remove_all(folder_ / file, ignored);
   }
 }
 
@@ -180,10 +186,11 @@ void Writer::note_all(bool whole) {
 void Writer::write_drawn() {
   write_scans();
   written_.insert("scans.csv");
-  const auto& stages = result_.diagnostics().stages;
-  if (!result_.map.edges.empty() || stages.count("obstacles") > 0)
+  // Where images were looked at for rims: a scanner knows of none.
+  if (!result_.map.edges.empty() || result_.record->rims.seen().size() > 0) {
     write_edges(folder_ / "edges.csv", result_.map.edges);
-  written_.insert("edges.csv");
+    written_.insert("edges.csv");
+  }
   write_grids(*result_.grids);
 }
 
@@ -212,7 +219,7 @@ WrittenResults Writer::write() {
   } catch (const EndedEarly&) {
     whole = false;
   }
-  if (!whole) remove_what_was_not_written();
+  remove_what_was_not_written();
   write_parts();
   note_all(whole);
   io::write_metrics(folder_ / "metrics.json", diagnostics(began, whole));
@@ -245,7 +252,10 @@ void write_path(const fs::path& folder, const MapResult& result) {
 WrittenResults write_results(const fs::path& folder, const MapResult& result,
                              const RunObserver& observer) {
   io::make_results_folder(folder);
-  return Writer(folder, result, observer).write();
+  const WrittenResults written = Writer(folder, result, observer).write();
+  if (written.whole && !result.stopped && !result.options.checkpoint_folder.empty())
+    Checkpoint::remove(result.options.checkpoint_folder);
+  return written;
 }
 
 }  // namespace lamina

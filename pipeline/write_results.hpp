@@ -15,7 +15,7 @@ struct WrittenResults {
 
 /// Writes every file of the contract but report.html; each appears whole or not at all, and what an
 /// earlier run left of those that are not written is removed. Throws lamina::Error where the folder
-/// cannot be written.
+/// cannot be written. Where all of them were, the run's checkpoint goes.
 WrittenResults write_results(const std::filesystem::path& folder, const MapResult& result,
                              const RunObserver& observer = RunObserver());
 

@@ -1,5 +1,6 @@
 // One line a parameter.
 #include <lamina/pipeline/calibration/calibration_report.hpp>
+#include <lamina/pipeline/calibration/log.hpp>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -38,14 +39,14 @@ bool report(const Estimate& e, Diagnostics& metrics, const std::string& warning_
   const std::string value =
       fmt::format("{} {:.6g} -> {:.6g} (+-{:.2g})", e.parameter, e.stated, e.found, e.sigma);
   if (adopted) {
-    spdlog::info("corrected: {}, gain {:.0f} over {} blocks left out", value, e.adoption.gain,
-                 e.adoption.blocks);
+    run_log().info("corrected: {}, gain {:.0f} over {} blocks left out", value, e.adoption.gain,
+                   e.adoption.blocks);
   } else if (e.adoption.adopted || contradicts(e)) {
     metrics.warn(warning_id, fmt::format("{}: such a value is off by {:.3g} at most, something "
                                          "else is wrong; {}",
                                          value, e.bound, consequence));
   } else {
-    spdlog::info(
+    run_log().info(
         "kept as stated: {} does not fit better what was left out (gain {:.1f} over {} "
         "blocks)",
         value, e.adoption.gain, e.adoption.blocks);
@@ -59,7 +60,7 @@ void report_change(const std::string& parameter, double stated, double found, do
   entry.found = found;
   entry.sigma = sigma;
   entry.adopted = true;
-  spdlog::info("corrected: {} {:.6g} -> {:.6g} (+-{:.2g})", parameter, stated, found, sigma);
+  run_log().info("corrected: {} {:.6g} -> {:.6g} (+-{:.2g})", parameter, stated, found, sigma);
 }
 
 }  // namespace lamina

@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include <lamina/pipeline/calibration/calibration_priors.hpp>
+#include <lamina/pipeline/calibration/log.hpp>
 
 namespace lamina {
 namespace {
@@ -63,9 +64,9 @@ void ExtrinsicsUncertainty::tell(Mapper& mapper, Diagnostics& metrics) const {
   // A place that nothing states, or a heading that nothing could tell, is not known to 0.0.
   const bool place_known = place_body_.norm() >= kMiddle;
   const bool heading_known = place_known || wheels_;
-  spdlog::info("sensor mounting: heading {}, position {}",
-               heading_known ? fmt::format("known to +-{:.2f} deg", heading_deg) : "assumed",
-               place_known ? fmt::format("known to +-{:.1f} cm", place_cm) : "assumed");
+  run_log().info("sensor mounting: heading {}, position {}",
+                 heading_known ? fmt::format("known to +-{:.2f} deg", heading_deg) : "assumed",
+                 place_known ? fmt::format("known to +-{:.1f} cm", place_cm) : "assumed");
   if (heading_known) metrics.counts.mounting_heading_sigma_deg = heading_deg;
   if (place_known) metrics.counts.mounting_place_sigma_cm = place_cm;
   if (!wheels_alone()) return;

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include <lamina/frontend/depth/floor_frontend.hpp>
+#include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/sensors/depth_images.hpp>
 
 namespace lamina {
@@ -71,8 +72,8 @@ std::optional<TiltedStart> find_tilted_start(Recording& recording, const WheelTr
 void tell_start(const TiltedStart& start, Diagnostics& metrics) {
   const SE3 T_level_body = start.T_level_body();
   const double tilt = std::acos(std::min(1.0, (T_level_body.so3() * Eigen::Vector3d::UnitZ()).z()));
-  spdlog::info("the body stands tilted by {:.1f} deg where the recording begins",
-               tilt * 180 / M_PI);
+  run_log().info("the body stands tilted by {:.1f} deg where the recording begins",
+                 tilt * 180 / M_PI);
   metrics.counts.start_tilt_deg = tilt * 180 / M_PI;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include <lamina/backend/parameters/wheel_errors.hpp>
+#include <lamina/pipeline/calibration/log.hpp>
 
 namespace lamina {
 namespace {
@@ -99,7 +100,7 @@ void WheelPath::tell(const Eigen::Vector3d& sigmas, Diagnostics& metrics) const 
   constexpr double kSlipped = 0.5;  // m
   if (slipped_ > 0) metrics.counts.wheels_slipped_m = slipped_;
   if (slipped_ > kSlipped)
-    spdlog::info("scans contradicted the wheels by {:.1f} m in all, and were believed", slipped_);
+    run_log().info("scans contradicted the wheels by {:.1f} m in all, and were believed", slipped_);
   if (!(alone_ > 0)) return;
   metrics.counts.by_wheels_alone_m = alone_;
   metrics.counts.way_by_wheels_alone_m = way_;

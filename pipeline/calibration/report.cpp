@@ -12,6 +12,7 @@
 #include <lamina/pipeline/calibration/camera/image_turns.hpp>
 #include <lamina/pipeline/calibration/extrinsics.hpp>
 #include <lamina/pipeline/calibration/ground_lean.hpp>
+#include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/pipeline/calibration/slope_refinement.hpp>
 #include <lamina/pipeline/calibration/wheel_intrinsics.hpp>
 
@@ -23,7 +24,7 @@ constexpr double kDegree = M_PI / 180;
 void tell(const CorrectedMounting& one, Diagnostics& metrics) {
   const Eigen::Vector3d degrees = one.correction.rotation_body / kDegree;
   const Eigen::Vector3d cm = 100 * one.correction.translation_body;
-  spdlog::info("corrected: {} mounting by {}", one.sensor, one.source);
+  run_log().info("corrected: {} mounting by {}", one.sensor, one.source);
   const char* const turns[] = {"roll", "pitch", "yaw"};
   for (int k = 0; k < 3; ++k) {
     const char axis = "xyz"[k];
@@ -282,7 +283,7 @@ bool lift_off_plane(const OpenRecording& open, const DepthDistortion& distortion
   const auto timer = metrics.time("slopes");
   const SlopesByImages found = follow_slopes(open, distortion, steps, ended);
   if (found.observed == 0) return false;
-  spdlog::info(
+  run_log().info(
       "slopes followed by {} images: tilt up to {:.1f} deg, height from {:.2f} to {:.2f} m",
       found.observed, found.most_tilt / kDegree, found.lowest, found.highest);
   metrics.counts.slopes_by_images = found.observed;

@@ -1,7 +1,6 @@
 // Loading and saving settings through the table.
 #include <lamina/pipeline/config/settings.hpp>
 
-#include <spdlog/spdlog.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -49,8 +48,9 @@ void load_node(MapOptions& settings, const YAML::Node& node, const std::string& 
 
 namespace {
 
-// Names of version 0.1, read with a warning until the next: by whole name, or all of a section.
-std::string present_name(const std::string& key, const std::string& origin) {
+// Names of version 0.1, read until the next: by whole name, or all of a section.
+std::string present_name(const std::string& key, const std::string& origin,
+                         std::set<std::string>& lines) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kFormer{
       {{"wheels.images", "depth_odometry.enabled"},
        {"window.planes_behind", "window.dormant_planes"},
@@ -59,7 +59,7 @@ std::string present_name(const std::string& key, const std::string& origin) {
   for (const auto& [former, present] : kFormer) {
     if (key != former && !(former.back() == '.' && key.rfind(former, 0) == 0)) continue;
     const std::string name = std::string(present) + key.substr(former.size());
-    spdlog::warn("{}: the setting '{}' is called '{}' now", origin, key, name);
+    lines.insert(origin + ": the setting '" + key + "' is called '" + name + "' now");
     return name;
   }
   return key;
@@ -69,7 +69,7 @@ std::string present_name(const std::string& key, const std::string& origin) {
 
 void set(MapOptions& settings, const std::string& given, const std::string& value,
          const std::string& origin) {
-  const std::string key = present_name(given, origin);
+  const std::string key = present_name(given, origin, settings.former_names);
   std::vector<std::string> names;
   for (const Setting& setting : setting_table()) {
     if (setting.key == key) {

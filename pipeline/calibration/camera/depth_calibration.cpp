@@ -10,6 +10,7 @@
 #include <lamina/frontend/depth/floor_frontend.hpp>
 #include <lamina/models/median.hpp>
 #include <lamina/pipeline/calibration/camera/distortion_estimator.hpp>
+#include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/sensors/depth_images.hpp>
 
 namespace lamina {
@@ -71,7 +72,7 @@ DepthCalibration calibrate_depth(Recording& recording, const FloorOptions& optio
   result.mounting = other.result();
   if (result.mounting) {
     const Leveling& l = *result.mounting;
-    spdlog::info(
+    run_log().info(
         "camera is not mounted as calibrated: floors have it turned by ({:+.2f}, {:+.2f}) deg, "
         "{:.3f} m high",
         l.roll / kDegree, l.pitch / kDegree, l.height);
@@ -81,8 +82,8 @@ DepthCalibration calibrate_depth(Recording& recording, const FloorOptions& optio
   }
   const auto distortion = estimator.estimate();
   if (!distortion) return result;
-  spdlog::info("depth images bend by {:.3f} px of disparity rms, {:.2f} at most: taken out",
-               distortion->rms(), distortion->largest());
+  run_log().info("depth images bend by {:.3f} px of disparity rms, {:.2f} at most: taken out",
+                 distortion->rms(), distortion->largest());
   metrics.counts.depth_bend_rms_px = distortion->rms();
   metrics.counts.depth_bend_max_px = distortion->largest();
   result.bend = *distortion;

@@ -104,6 +104,7 @@ TEST(Settings, FormerNamesAreStillRead) {
   MapOptions options;
   set_assignment(options, "scan.range_max_m=7");
   set_assignment(options, "wheels.images=false");
+  EXPECT_EQ(options.former_names.size(), 2U);
   EXPECT_EQ(options.scan.range_max_m, 7);
   EXPECT_FALSE(options.images_beside_wheels);
   EXPECT_NE(to_yaml(options, false).find("obstacles:"), std::string::npos);
