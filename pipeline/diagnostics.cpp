@@ -9,7 +9,7 @@ namespace {
 
 // What calibration.yaml says of the depth camera, against what its images show.
 void add_warnings_of_depth(const FrontEnd& front_end, std::vector<Warning>& all) {
-  if (const OpticalWatch& optical = front_end.optical(); optical.rotation_missing()) {
+  if (const OpticalWatch& optical = front_end.depth_checks().optical; optical.rotation_missing()) {
     all.push_back(
         {"camera_optical_rotation",
          fmt::format(
@@ -24,7 +24,7 @@ void add_warnings_of_depth(const FrontEnd& front_end, std::vector<Warning>& all)
   }
   constexpr std::int64_t kImages = 10;  // fewer tell little
   constexpr double kNoisy = 1.5;        // quieter blocks of clean sensors are below the model
-  const NoiseWatch& noise = front_end.depth_noise();
+  const NoiseWatch& noise = front_end.depth_checks().noise;
   if (noise.images() < kImages) return;
   if (noise.median() >= kNoisy) {
     all.push_back(
@@ -77,7 +77,8 @@ constexpr double kLong = 0.5;  // m of open way in a row, or of way that wheels 
 
 void add_warnings_of_odometry(const std::string& input, const FrontEnd& front_end,
                               Diagnostics& metrics, std::vector<Warning>& all) {
-  if (front_end.odometry_never_met()) {
+  const WheelMotion& wheels = front_end.motion().wheels();
+  if (wheels.never_met()) {
     all.push_back(
         {"odometry_never_meets",
          fmt::format(
@@ -86,7 +87,7 @@ void add_warnings_of_odometry(const std::string& input, const FrontEnd& front_en
              "these see; are they of two clocks or two recordings? (`lamina info {}` tells)",
              input)});
   }
-  if (front_end.odometry_never_moved() && metrics.counts.path_m > kLong) {
+  if (wheels.never_moved() && metrics.counts.path_m > kLong) {
     all.push_back(
         {"odometry_never_moves", fmt::format("the odometry holds one pose from first to last while "
                                              "frames and scans tell {:.1f} m of way: it was "
@@ -216,7 +217,8 @@ std::vector<Warning> result_warnings(const std::string& input, const FrontEnd& f
   const bool noise_is_stated =
       std::none_of(metrics.assumed.begin(), metrics.assumed.end(),
                    [](const auto& text) { return text.find("lidar.range_sigma") == 0; });
-  add_warnings_of_ranges(front_end.range_noise(), front_end.range_check(), noise_is_stated, all);
+  add_warnings_of_ranges(front_end.ranges().noise(), front_end.ranges().largest(), noise_is_stated,
+                         all);
   add_warnings_of_depth(front_end, all);
   return all;
 }

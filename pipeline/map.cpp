@@ -60,7 +60,7 @@ void report(MapResult& result, MapInput& input, const Run& run) {
 
 // Images that show no floor where their mounting says make no free ground.
 void check_ground(const MapInput& input, const FrontEnd& front_end, Diagnostics& diagnostics) {
-  if (!input.cameras.no_ground || !front_end.floors_as_stated().hardly_any()) return;
+  if (!input.cameras.no_ground || !front_end.depth_checks().floors.hardly_any()) return;
   const Warning& unseen = *input.cameras.no_ground;
   if (!unseen.id.empty()) diagnostics.warn(unseen.id, unseen.text);
   diagnostics.counts.images_show_no_floor = 1;

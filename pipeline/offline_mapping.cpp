@@ -74,7 +74,7 @@ Gathered read_all(Run& run) {
     all.steps.push_back(std::move(entry.step));
     return std::int64_t{0};
   });
-  correct_range_max(all.steps, run.front_end.range_check());
+  correct_range_max(all.steps, run.front_end.ranges().largest());
   if (const std::int64_t laid = lay_across_holes(all.steps); laid > 0) {
     run.record.diagnostics.warn(
         "odometry_hole",
@@ -93,7 +93,7 @@ void correct_steps(Run& run, Gathered& all, ExtrinsicsUncertainty& uncertainty,
   Diagnostics& metrics = run.record.diagnostics;
   std::vector<Step>& steps = all.steps;
   const auto ended = [&] { return run.observer.hurried(); };
-  const bool wheels = run.front_end.met_wheels();
+  const bool wheels = run.front_end.motion().wheels().met_on_floor();
   if (settings.calibrate_mountings && !ended())
     uncertainty.update(correct_mountings(steps, all.loops, wheels, metrics));
   if (settings.calibrate_wheels && wheels && !ended()) {
@@ -102,12 +102,12 @@ void correct_steps(Run& run, Gathered& all, ExtrinsicsUncertainty& uncertainty,
     if (sigmas) run.record.wheel_path.know(*sigmas);
   }
   if (!run.open_again) return;
-  if (settings.images_beside_wheels && run.front_end.met_odometry() && !ended()) {
+  if (settings.images_beside_wheels && run.front_end.motion().wheels().met() && !ended()) {
     uncertainty.update(correct_motions_by_images(run.open_again, run.front_end.depth_distortion(),
                                                  steps, settings.calibrate_mountings && wheels,
                                                  metrics, ended));
   }
-  if (settings.follow_slopes && run.front_end.slopes_seen() > 0 && !ended())
+  if (settings.follow_slopes && run.front_end.motion().slopes().images() > 0 && !ended())
     options.window_trusts_tilt =
         !lift_off_plane(run.open_again, run.front_end.depth_distortion(), steps, metrics, ended);
 }
@@ -134,8 +134,8 @@ Mapper map_offline(Run& run) {
   Gathered all = read_all(run);
   std::vector<Step>& steps = all.steps;
   const bool levelled =
-      run.front_end.levelled_by_image() ||
-      (images_alone(steps) && !run.front_end.met_odometry() && begin_levelled(steps));
+      run.front_end.motion().levelled_by_image() ||
+      (images_alone(steps) && !run.front_end.motion().wheels().met() && begin_levelled(steps));
   MapperOptions options = run.options.mapper;
   if (!all.loops.empty()) {
     follow(steps, run.closer.corrected());
@@ -146,7 +146,8 @@ Mapper map_offline(Run& run) {
     options.window.keyframes = std::min(options.window.keyframes, 10);
   }
   ExtrinsicsUncertainty uncertainty(run.options);
-  for (const Step& step : steps) uncertainty.met(step, run.front_end.met_wheels());  // as stated
+  for (const Step& step : steps)
+    uncertainty.met(step, run.front_end.motion().wheels().met_on_floor());  // as stated
   correct_steps(run, all, uncertainty, options);
   StepMapper mapping(options, run.closer, record);
   Mapper& mapper = mapping.mapper;

@@ -64,15 +64,15 @@ Mapper OnlineSteps::finish(bool hurried) {
 }
 
 void begin_online(FrontEnd& front_end, const MapOptions& options) {
-  if (options.online && options.follow_slopes) front_end.follow_slopes();
-  if (options.online && options.images_beside_wheels) front_end.ask_images_beside_wheels();
-  if (options.find_sweep && options.sweep == 0) front_end.watch_for_sweep();
+  if (options.online && options.follow_slopes) front_end.motion().follow_slopes();
+  if (options.online && options.images_beside_wheels) front_end.motion().ask_images_beside_wheels();
+  if (options.find_sweep && options.sweep == 0) front_end.motion().scan_duration().watch();
 }
 
 void report_front_end(const FrontEnd& front_end, RunRecord& record) {
-  if (front_end.met_wheels())
-    record.wheel_path.tell(front_end.wheel_errors_left(), record.diagnostics);
-  if (const double noise = front_end.scanner_noise(); noise > 0) {
+  if (front_end.motion().wheels().met_on_floor())
+    record.wheel_path.tell(front_end.motion().wheels().errors_left(), record.diagnostics);
+  if (const double noise = front_end.ranges().most_noise(); noise > 0) {
     run_log().info("scanner's ranges scatter by up to {:.1f} cm, more than stated: taken so",
                    100 * noise);
     record.diagnostics.counts.scanner_noise_cm = 100 * noise;
@@ -83,7 +83,7 @@ void report_front_end(const FrontEnd& front_end, RunRecord& record) {
 Mapper map_online(Run& run) {
   OnlineSteps steps(run.options, run.closer, run.record);
   for_each_step(run, [&](ClosedStep&& entry) {
-    steps.add(entry.step, entry.loops, run.front_end.met_wheels());
+    steps.add(entry.step, entry.loops, run.front_end.motion().wheels().met_on_floor());
     run.observer.on_mapped(entry.step, steps.mapper(), run.record.diagnostics);
     return steps.plane_count();
   });
@@ -107,11 +107,12 @@ OnlineMapper::OnlineMapper(const Calibration& calibration, const MapOptions& opt
 
 std::optional<SE3> OnlineMapper::add(const Measurement& measurement) {
   auto step = front_end_.process(measurement, record_->diagnostics);
-  if (const auto sweep = front_end_.take_found_sweep()) tell_sweep(*sweep, record_->diagnostics);
+  if (const auto sweep = front_end_.motion().scan_duration().take_found())
+    tell_sweep(*sweep, record_->diagnostics);
   if (!step) return std::nullopt;
   const ClosedStep closed =
       close_loops(std::move(*step), options_.close_loops ? &closer_ : nullptr);
-  steps_.add(closed.step, closed.loops, front_end_.met_wheels());
+  steps_.add(closed.step, closed.loops, front_end_.motion().wheels().met_on_floor());
   return steps_.mapper().current_pose();
 }
 

@@ -78,7 +78,8 @@ bool for_each_step(Run& run, const std::function<std::int64_t(ClosedStep&&)>& ta
     if (++done <= skip) continue;
     const auto begin = std::chrono::steady_clock::now();
     auto step = run.front_end.process(*measurement, metrics);
-    if (const auto sweep = run.front_end.take_found_sweep()) tell_sweep(*sweep, metrics);
+    if (const auto sweep = run.front_end.motion().scan_duration().take_found())
+      tell_sweep(*sweep, metrics);
     const bool is_step = step.has_value();
     if (is_step) {
       worker.add(std::move(*step));

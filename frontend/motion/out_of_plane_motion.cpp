@@ -5,12 +5,25 @@
 #include <vector>
 
 namespace lamina {
+namespace {
+
+void tilt_over(double way, Matrix6d& covariance) {
+  constexpr double kTilt = 0.1;  // rad per square root of a metre: a ramp's whole slope in a length
+  covariance(3, 3) += kTilt * kTilt * way;
+  covariance(4, 4) += kTilt * kTilt * way;
+}
+
+}  // namespace
+
+Increment tilting(Increment level) {
+  tilt_over(level.T_from_to.translation().norm(), level.covariance);
+  return level;
+}
 
 Increment open_to_slopes(Increment level, double way) {
-  constexpr double kTilt = 0.1, kRise = 0.1;  // rad per square root of a metre; share of the way
+  constexpr double kRise = 0.1;  // share of the way
   level.covariance(2, 2) += std::pow(kRise * way, 2);
-  level.covariance(3, 3) += kTilt * kTilt * way;
-  level.covariance(4, 4) += kTilt * kTilt * way;
+  tilt_over(way, level.covariance);
   return level;
 }
 

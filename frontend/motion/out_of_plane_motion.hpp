@@ -7,6 +7,9 @@
 
 namespace lamina {
 
+/// The motion of a body that may tilt as the ground does.
+Increment tilting(Increment level);
+
 /// The motion with height, roll and pitch as open as ground leaves them over `way` (m) of it.
 Increment open_to_slopes(Increment level, double way);
 

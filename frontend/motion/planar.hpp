@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <lamina/models/lie/se3.hpp>
+#include <lamina/models/plane.hpp>
 
 namespace lamina {
 
@@ -57,6 +58,20 @@ inline PlanarPose planar_part(const SE3& T) {
   return {T.translation().x(), T.translation().y(), T.so3().yaw()};
 }
 inline SE3 lifted(const PlanarPose& T) { return SE3::planar(T.x, T.y, T.yaw); }
+
+/// Whether the scanner's plane is the body's, to `max_tilt` (rad).
+inline bool is_level(const SE3& T_body_lidar, double max_tilt) {
+  const Eigen::Vector3d z_body = T_body_lidar.so3() * Eigen::Vector3d::UnitZ();
+  return std::abs(z_body.z()) >= std::cos(max_tilt);
+}
+
+/// T_map_body of a body that sees this floor: floor at z = 0, origin above (0, 0), x of the map
+/// along the body's heading.
+inline SE3 levelled_pose(const Plane& floor_body) {
+  const SO3 level(
+      Eigen::Quaterniond::FromTwoVectors(floor_body.normal(), Eigen::Vector3d::UnitZ()));
+  return SE3(SO3::rot_z(-level.yaw()) * level, {0, 0, -floor_body.rho()});
+}
 
 /// Rows x, y, yaw of a 6x6 covariance in the tangent (translation, rotation).
 inline Eigen::Matrix3d planar_block(const Matrix6d& covariance) {

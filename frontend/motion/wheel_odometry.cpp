@@ -108,7 +108,9 @@ std::optional<Vector6d> WheelTrack::velocity(Timestamp from, Timestamp to) const
   const double late = std::max(0.0, to - newest());
   const Timestamp begin = std::max(samples_.front().stamp, from + -late), end = to + -late;
   if (late > kMaxGap || !(begin < end)) return std::nullopt;
-  return Vector6d((at(begin)->inverse() * *at(end)).log() / (end - begin));
+  const auto T_begin = at(begin), T_end = at(end);
+  if (!T_begin || !T_end) return std::nullopt;  // in a hole
+  return Vector6d((T_begin->inverse() * *T_end).log() / (end - begin));
 }
 
 bool WheelTrack::several_within(Timestamp from, Timestamp to) const {

@@ -209,7 +209,7 @@ std::optional<WheelScale::Found> find_wheel_scale(Recording& recording,
   WheelScale scale(recording.calibration().odometry);
   Diagnostics of_look;
   FrontEnd front_end(settings, recording.calibration());
-  front_end.look_by_scans(observed);
+  front_end.motion().look_by_scans(observed.motion());
   try {
     while (!ended() && without < kMostWithoutWheels && !scale.has_enough()) {
       const auto measurement = recording.next_light();

@@ -60,8 +60,9 @@ class SelfCalibration {
     }
     if (sweep_.adopted() || sweep_.stated) {
       early_.reset();
-      one("scanner_sweep",
-          [&](Recording& all) { front_end_.use_whole_odometry(all_wheels(all, input_.ended)); });
+      one("scanner_sweep", [&](Recording& all) {
+        front_end_.motion().wheels().use_whole(all_wheels(all, input_.ended));
+      });
     }
     if (settings_.calibrate_mountings) at_lean();
     if (settings_.calibrate_wheels) at_wheels();
@@ -118,7 +119,7 @@ class SelfCalibration {
       if (!sweep_.adopted()) break;
     }
     if (sweep_.found) tell_sweep(*sweep_.found, metrics_);
-    if (sweep_.adopted()) front_end_.set_sweep(sweep_.found->sweep);
+    if (sweep_.adopted()) front_end_.motion().scan_duration().set(sweep_.found->sweep);
   }
 
   void at_sweep() {
@@ -164,7 +165,7 @@ class SelfCalibration {
       const auto lean = find_lean(all, settings_.scan_odometry, metrics_, input_.ended);
       if (!lean) return;
       early_.reset();
-      front_end_.correct_level_scanner(*lean);
+      front_end_.motion().correct_level_scanner(*lean);
     });
   }
 
@@ -183,9 +184,9 @@ class SelfCalibration {
     constexpr double kHeld = 0.95;
     const bool without = scale->held >= kHeld;
     if (tell_wheel_scale(*scale, without, metrics_)) {
-      front_end_.begin_wheels(scale->scale, scale->sigma);
+      front_end_.motion().wheels().begin(scale->scale, scale->sigma);
     } else if (scale->adoption.adopted && without) {
-      front_end_.leave_wheels();
+      front_end_.motion().wheels().leave();
     }
   }
 

@@ -57,8 +57,8 @@ std::optional<ClockOffset::Result> by_scans(const Look& look, Wheels& wheels) {
   const auto recording = look.open();
   FrontEnd front_end(look.settings, recording->calibration());
   if (look.sweep) {
-    front_end.set_sweep(*look.sweep);
-    front_end.use_whole_odometry(all_wheels(*look.open(), look.ended));
+    front_end.motion().scan_duration().set(*look.sweep);
+    front_end.motion().wheels().use_whole(all_wheels(*look.open(), look.ended));
   }
   Diagnostics aside;
   Asked asked(wheels.turns);

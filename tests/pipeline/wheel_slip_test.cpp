@@ -44,7 +44,7 @@ double off_after_slip(bool ramp_in_view) {
     front_end.process(Odometry{at(i), SE3::planar(counted, 0, 0)}, metrics);
     if (ramp_in_view && i == 10) {
       front_end.process(image_of_ramp(i), metrics);
-      EXPECT_EQ(front_end.slopes_seen(), 1);
+      EXPECT_EQ(front_end.motion().slopes().images(), 1);
     }
     const LaserScan scan =
         scanner.scan(testing::niches(), SE3::planar(kStep * i, 0, 0), at(i).seconds());

@@ -105,11 +105,11 @@ std::vector<Step> steps_of(Recording& recording, FrontEnd& front_end,
       if (!step) continue;
       step->obstacles.reset();
       steps.push_back(std::move(*step));
-      if (steps.size() == kLeast && !front_end.met_wheels()) return {};
+      if (steps.size() == kLeast && !front_end.motion().wheels().met_on_floor()) return {};
     }
   } catch (const Error&) {  // the run itself comes to it, and says so
   }
-  if (ended() || steps.size() < kLeast || !front_end.met_wheels()) return {};
+  if (ended() || steps.size() < kLeast || !front_end.motion().wheels().met_on_floor()) return {};
   return steps;
 }
 

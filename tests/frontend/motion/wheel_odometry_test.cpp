@@ -70,6 +70,8 @@ TEST(WheelTrack, SaysNothingInAHoleAndWhatWasDrivenAcrossIt) {
   for (const double t : {0.0, 0.1, 3.0, 3.1, 6.0}) track.add(sample(t, t < 1 ? 0 : 2));
   EXPECT_FALSE(track.at(at(1.5)));
   EXPECT_TRUE(track.at(at(4.5)));  // it stood
+  EXPECT_FALSE(track.velocity(at(0.05), at(0.15)));
+  EXPECT_FALSE(track.velocity(at(2.9), at(3)));
   const auto across = track.between(at(0.1), at(3));
   ASSERT_TRUE(across);
   EXPECT_NEAR(across->T_from_to.translation().x(), 2, 1e-12);

@@ -225,7 +225,7 @@ TEST(FindWheelScale, BeyondFourPriorSigmasItsTwoCausesAreSaid) {
 double first_motion(const std::optional<WheelScale::Found>& known) {
   Corridor recording(1.03, true);
   FrontEnd front_end({}, recording.calibration());
-  if (known) front_end.begin_wheels(known->scale, known->sigma);
+  if (known) front_end.motion().wheels().begin(known->scale, known->sigma);
   Diagnostics metrics;
   std::optional<Step> step;
   for (int i = 0; i < 4; ++i) step = front_end.process(*recording.next(), metrics);
