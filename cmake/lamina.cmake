@@ -250,7 +250,9 @@ function(lamina_install)
   # What only the library's own files include stays here.
   foreach(folder IN LISTS LAMINA_FOLDERS)
     install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lamina
-            FILES_MATCHING PATTERN "*.hpp" PATTERN "*_impl.hpp" EXCLUDE PATTERN "mapper_step.hpp" EXCLUDE
+            FILES_MATCHING PATTERN "*.hpp" PATTERN "*_impl.hpp" EXCLUDE
+            PATTERN "plane_information.hpp" EXCLUDE PATTERN "fallen_planes.hpp" EXCLUDE
+            PATTERN "plane_candidates.hpp" EXCLUDE
             PATTERN "raster_*.hpp" EXCLUDE PATTERN "term_group.hpp" EXCLUDE)
   endforeach()
   install(FILES ${CMAKE_SOURCE_DIR}/pipeline/config/lamina.hpp ${CMAKE_BINARY_DIR}/include/lamina/version.hpp

@@ -1,31 +1,27 @@
-// Mapper::add and its steps.
+// Mapper::add and its steps; the refined map and the window.
 #include <lamina/backend/mapper/mapper.hpp>
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
-#include <lamina/backend/mapper/mapper_step.hpp>
-#include <lamina/models/error.hpp>
-#include <lamina/models/linalg.hpp>
+#include <lamina/backend/mapper/fallen_planes.hpp>
+#include <lamina/backend/mapper/plane_information.hpp>
+#include <lamina/backend/mapper/plane_loop.hpp>
+#include <lamina/backend/mapper/plane_revision.hpp>
+#include <lamina/backend/mapper/view_association.hpp>
+#include <lamina/backend/solver/covariance.hpp>
 
 namespace lamina {
 namespace {
 
-constexpr double kDegree = M_PI / 180.0;
-constexpr double kLevelScan = 0.94;  // cosine: within 20 degrees
 // The first keyframe defines the map: held to a tenth of a millimetre.
 constexpr double kHeldSigma = 1e-4;
 
 double milliseconds_since(std::chrono::steady_clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin)
       .count();
-}
-
-const MapperOptions& checked(const MapperOptions& options) {
-  const auto problems = options.problems();
-  if (!problems.empty()) throw Error(problems.front());
-  return options;
 }
 
 bool usable(const SE3& T) {
@@ -53,12 +49,25 @@ void add_floor(const Observations& observations, KeyframeId keyframe, const SE3&
 
 }  // namespace
 
+struct Mapper::Step {
+  const Observations& observations;
+  SE3 T_prev_body;
+  Matrix6d increment_covariance;
+  FrameViews views = {};
+  BodyInKeyframe odometry = {};
+  BodyPose body = {};                                    // predicted
+  std::vector<std::optional<std::size_t>> forming = {};  // by view: the forming plane it is of
+  AddResult result = {};
+};
+
 AddResult Mapper::add(const Observations& observations, const SE3& T_prev_body,
                       const Matrix6d& increment_covariance) {
   Step step{observations, usable(T_prev_body) ? T_prev_body : SE3(), increment_covariance};
   const auto begin = std::chrono::steady_clock::now();
-  predict(step);        // where odometry says the body is
-  associate_all(step);  // which known planes these observations are of
+  predict(step);  // where odometry says the body is
+  ViewAssociation found = associate_views(map_, formation_, step.views, step.body);
+  step.result.decisions = std::move(found.decisions);
+  step.forming = std::move(found.forming);
   const bool starts = wants_keyframe(step);
   if (starts) start_keyframe(step);
   gather(step);  // evidence joins planes, new ones form
@@ -68,40 +77,58 @@ AddResult Mapper::add(const Observations& observations, const SE3& T_prev_body,
     solve_window(step);  // estimate, then marginalise what is beyond the lag
     tidy(step);          // merge what is one plane, recognise old ones
     step.result.window_ms = milliseconds_since(middle);
-  } else {
-    localize(step);  // between keyframes the planes hold still
+  } else {  // between keyframes the planes hold still
+    estimate_ = localized(map_, step.views.evidence, step.result.decisions, estimate_);
   }
-  frames_.add({observations.stamp, keyframe_, estimate_.T_keyframe_body});
-  step.result.keyframe = keyframe_;
+  map_.frames.add({observations.stamp, map_.keyframe, estimate_.T_keyframe_body});
+  step.result.keyframe = map_.keyframe;
   step.result.is_keyframe = starts;
   step.result.T_map_body = current_pose();
   return step.result;
 }
 
-Mapper::Mapper(const MapperOptions& options)
-    : options_(checked(options)),
-      window_(options.window),
-      index_(options.association.max_gap_m),
-      surfels_(options.surfel_cell_m) {}
+Mapper::Mapper(const MapperOptions& options) : map_(options) {}
 
-void Mapper::Relative::advance(const SE3& T_prev_body, const Matrix6d& increment) {
-  const Matrix6d A = T_prev_body.inverse().adjoint();
-  T_keyframe_body = T_keyframe_body * T_prev_body;
-  covariance = A * covariance * A.transpose() + increment;
+Mapper::Mapper(const MapperOptions& options, MapState map) : Mapper(options) {
+  map_.graph = std::move(map.graph);
+  for (const MapFrame& frame : map.frames) map_.frames.add(frame);
+  map_.left_window = std::move(map.left_window);
+  map_.outlines = std::move(map.outlines);
+  map_.partial = std::move(map.partial);
+  map_.surfels = std::move(map.surfels);
+  map_.loose_body = std::move(map.loose_body);
+  const auto& keyframes = map_.graph.keyframes;
+  if (!keyframes.empty()) retirement_ = KeyframeRetirement(keyframes.back().id);
+  parameters_.extrinsics = map.extrinsics_covariance;
+  set_wheel_covariance(map.wheel_covariance);
+}
+
+MapState Mapper::state() const {
+  MapState map{map_.graph,        {},           map_.left_window, map_.outlines,
+               map_.partial,      map_.surfels, map_.loose_body,  parameters_.extrinsics,
+               parameters_.wheels};
+  map.frames.reserve(map_.frames.size());
+  map_.frames.for_each([&map](const MapFrame& frame) { map.frames.push_back(frame); });
+  for (const auto& [id, joint] : map_.joint) {
+    PlaneLandmark* plane = map.graph.find(id);
+    if (plane) plane->covariance = joint.bottomRightCorner<3, 3>();
+  }
+  return map;
 }
 
 void Mapper::predict(Step& step) const {
-  step.evidence = make_evidence(step.observations);
-  step.tracks.assign(step.observations.planes.size(), -1);
+  FrameViews& views = step.views;
+  views.evidence = make_evidence(step.observations);
+  views.tracks.assign(step.observations.planes.size(), -1);
   // A level scanner's walls stand where they are expected: there a track adds nothing but its
   // mistakes at corners.
   const SE3& T_body_sensor = step.observations.T_body_sensor;
-  const bool level = std::abs((T_body_sensor.so3() * Eigen::Vector3d::UnitZ()).z()) > kLevelScan;
-  for (const auto& o : step.observations.segments) step.tracks.push_back(level ? -1 : o.track);
+  const bool level = is_level(T_body_sensor.so3() * Eigen::Vector3d::UnitZ());
+  for (const auto& o : step.observations.segments) views.tracks.push_back(level ? -1 : o.track);
   step.odometry = odometry_;
-  step.estimate = estimate_;
-  if (keyframe_ == KeyframeId::kNone) {
-    step.T_map_body = step.T_prev_body;
+  step.body.relative = estimate_;
+  if (map_.keyframe == KeyframeId::kNone) {
+    step.body.T_map_body = step.T_prev_body;
     return;
   }
   // A covariance that is none must not poison the window: odometry that knows nothing.
@@ -110,288 +137,160 @@ void Mapper::predict(Step& step) const {
     step.increment_covariance = Matrix6d::Identity();
   }
   step.odometry.advance(step.T_prev_body, step.increment_covariance);
-  step.estimate.advance(step.T_prev_body, step.increment_covariance);
-  step.T_map_body = graph_.at(keyframe_).T_map_body * step.estimate.T_keyframe_body;
+  step.body.relative.advance(step.T_prev_body, step.increment_covariance);
+  step.body.T_map_body = map_.T_map_keyframe() * step.body.relative.T_keyframe_body;
 }
 
-// --------------------------------------------------------------------------- keyframes
-
 bool Mapper::wants_keyframe(const Step& step) const {
-  if (keyframe_ == KeyframeId::kNone) return true;
+  if (map_.keyframe == KeyframeId::kNone) return true;
+  const MapperOptions& options = map_.options;
   const SE3& T = step.odometry.T_keyframe_body;
-  const double moved = std::max(T.translation().norm() / options_.keyframe_distance_m,
-                                T.so3().log().norm() / (options_.keyframe_angle_deg * kDegree));
+  const double moved =
+      std::max(T.translation().norm() / options.keyframe_distance_m,
+               T.so3().log().norm() / (options.keyframe_angle_deg * (M_PI / 180.0)));
   if (moved >= 1) return true;
-  if (moved < 0.25 || step.evidence.empty()) return false;
+  const std::size_t views = step.views.evidence.size();
+  if (moved < 0.25 || views == 0) return false;
   std::size_t unknown = 0;
-  for (std::size_t i = 0; i < step.evidence.size(); ++i) {
-    const bool found = step.result.decisions[i].plane != PlaneId::kNone || step.tentative[i];
+  for (std::size_t i = 0; i < views; ++i) {
+    const bool found = step.result.decisions[i].plane != PlaneId::kNone || step.forming[i];
     unknown += found ? 0 : 1;
   }
-  return static_cast<double>(unknown) >=
-         options_.keyframe_new_share * static_cast<double>(step.evidence.size());
+  return static_cast<double>(unknown) >= options.keyframe_new_share * static_cast<double>(views);
 }
 
 void Mapper::start_keyframe(Step& step) {
-  const KeyframeId before = keyframe_;
-  keyframe_ = graph_.add_keyframe(step.observations.stamp, step.T_map_body);
-  window_.add_keyframe(keyframe_, step.observations.stamp, step.T_map_body);
+  const KeyframeId before = map_.keyframe;
+  const SE3& T_map_body = step.body.T_map_body;
+  map_.keyframe = map_.graph.add_keyframe(step.observations.stamp, T_map_body);
+  map_.window.add_keyframe(map_.keyframe, step.observations.stamp, T_map_body);
   ++keyframes_made_;
   if (before == KeyframeId::kNone) {
-    graph_.at(keyframe_).fixed = true;
-    window_.add(PriorFactor{keyframe_, step.T_map_body, Matrix6d::Identity() / kHeldSigma});
+    map_.graph.at(map_.keyframe).fixed = true;
+    map_.window.add(PriorFactor{map_.keyframe, T_map_body, Matrix6d::Identity() / kHeldSigma});
   } else {
     const Eigen::LLT<Matrix6d> llt(step.odometry.covariance);
     const Matrix6d S = llt.matrixL().solve(Matrix6d::Identity());
-    OdometryFactor factor{before, keyframe_, step.odometry.T_keyframe_body, S};
-    graph_.odometry.push_back(factor);
-    Vector6d trust = Vector6d::Constant(options_.window_motion_trust);
-    if (!options_.window_trusts_tilt) trust.segment<3>(2).setOnes();
+    OdometryFactor factor{before, map_.keyframe, step.odometry.T_keyframe_body, S};
+    map_.graph.odometry.push_back(factor);
+    Vector6d trust = Vector6d::Constant(map_.options.window_motion_trust);
+    if (!map_.options.window_trusts_tilt) trust.segment<3>(2).setOnes();
     factor.sqrt_information *= trust.asDiagonal();
-    window_.add(factor);
+    map_.window.add(factor);
   }
   // From here the body is at its keyframe; the last solution's uncertainties stay with the last
   // keyframe until the next solution, a moment from now.
-  odometry_ = estimate_ = Relative();
-  gathered_.clear();
-  step.odometry = step.estimate = Relative();
+  map_.gathered.clear();
+  step.odometry = step.body.relative = BodyInKeyframe();
 }
-
-// ----------------------------------------------------------------------------- evidence
 
 void Mapper::gather(Step& step) {
   odometry_ = step.odometry;
-  estimate_ = step.estimate;
-  first_floor_map_ = step.observations.first_floor_map;
+  estimate_ = step.body.relative;
+  map_.first_floor_map = step.observations.first_floor_map;
   const SE3& T = odometry_.T_keyframe_body;
   const Timestamp stamp = step.observations.stamp;
-  for (std::size_t i = 0; i < step.evidence.size(); ++i) {
+  for (std::size_t i = 0; i < step.views.evidence.size(); ++i) {
     const AssociationDecision& decision = step.result.decisions[i];
     if (decision.reason == AssociationReason::kTooWeak ||
         decision.reason == AssociationReason::kAmbiguous) {
       continue;
     }
-    const PlaneEvidence evidence = moved(step.evidence[i], T, odometry_.covariance);
+    const PlaneEvidence evidence = moved(step.views.evidence[i], T, odometry_.covariance);
     if (decision.plane != PlaneId::kNone) {
-      add_to_plane(decision.plane, evidence, stamp);
-      link_track(step.tracks[i], decision.plane);
-    } else if (step.tentative[i]) {
-      add_to_tentative(*step.tentative[i], evidence, step.tracks[i], stamp);
+      map_.observe(decision.plane, evidence, stamp);
+      formation_.link(step.views.tracks[i], decision.plane, map_.keyframe);
     } else {
-      tentatives_.emplace_back();
-      add_to_tentative(tentatives_.size() - 1, evidence, step.tracks[i], stamp);
+      formation_.add(map_, step.forming[i], evidence, step.views.tracks[i], stamp);
     }
   }
-  for (auto& tentative : tentatives_) {
-    if (tentative.landmark.observations < options_.min_observations) continue;
-    if (const auto id = promote(tentative)) step.result.new_planes.push_back(*id);
-  }
-  const auto forgotten = [this](KeyframeId last) {
-    return static_cast<std::int64_t>(keyframe_) - static_cast<std::int64_t>(last) >
-           options_.forget_keyframes;
-  };
-  std::erase_if(tentatives_,
-                [&](const Tentative& t) { return t.evidence.empty() || forgotten(t.last); });
-  std::erase_if(tracks_, [&](const auto& link) { return forgotten(link.second.last); });
-  add_floor(step.observations, keyframe_, T * step.observations.T_body_sensor, surfels_);
-  if (step.result.is_keyframe || !loose_body_.count(keyframe_)) {
-    append_finite(step.observations.obstacle_points_body, T, loose_body_[keyframe_]);
+  step.result.new_planes = formation_.promote(map_);
+  formation_.forget(map_.keyframe, map_.options.forget_keyframes);
+  add_floor(step.observations, map_.keyframe, T * step.observations.T_body_sensor, map_.surfels);
+  if (step.result.is_keyframe || !map_.loose_body.count(map_.keyframe)) {
+    append_finite(step.observations.obstacle_points_body, T, map_.loose_body[map_.keyframe]);
   }
 }
-
-Moments Mapper::factor_moments(const PlaneEvidence& e) const {
-  NoiseFloor floor = e.floor;
-  floor.sigma_rho = std::hypot(floor.sigma_rho, options_.association.surface_sigma_m);
-  floor.sigma_tilt = std::hypot(floor.sigma_tilt, options_.association.surface_sigma_deg * kDegree);
-  const bool level = std::abs(e.scan_normal_body.z()) > kLevelScan;
-  if (!e.partial || level) return e.moments_body.discounted(e.plane_body.normal(), floor);
-  // Lines of a leaning scanner that moved span a plane that need not be upright on them: each axis
-  // of their extent as it is. (Those of a level one lie in one level plane, whatever they are of:
-  // how they scatter across each other is noise.)
-  const Moments& m = e.moments_body;
-  const SymmetricEigen<3> eigen = symmetric_eigen(m.scatter());
-  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-  for (int i = 0; i < 3; ++i) {
-    const double information = std::max(0.0, eigen.values(i));
-    const Eigen::Vector3d axis = eigen.vectors.col(i);
-    scatter += information / (1 + information * floor.sigma_tilt * floor.sigma_tilt) * axis *
-               axis.transpose();
-  }
-  const double weight = m.weight() / (1 + m.weight() * floor.sigma_rho * floor.sigma_rho);
-  return Moments(weight, m.mean(), scatter, m.count());
-}
-
-Moments Mapper::factor_moments(const PlaneViews& views) const {
-  Moments m;
-  if (views.full()) m.merge(factor_moments(*views.full()));
-  if (views.lines()) m.merge(factor_moments(*views.lines()));
-  return m;
-}
-
-void Mapper::add_to_plane(PlaneId id, const PlaneEvidence& evidence, Timestamp stamp) {
-  ensure_in_window(id, evidence);
-  PlaneLandmark& plane = graph_.at(id);
-  auto known = gathered_.find(id);
-  if (known == gathered_.end()) {
-    known = gathered_.emplace(id, PlaneViews(evidence)).first;
-    graph_.plane_moments.push_back({keyframe_, id, {}, ExtrinsicsId::kNone, 1.0});
-    // One outline a keyframe: more of the same view adds nothing.
-    std::vector<Eigen::Vector3d> points;
-    const SE3& T = graph_.at(keyframe_).T_map_body;
-    for (const auto& p : evidence.outline_body) points.push_back(T * p);
-    grow_outline(plane, points);
-    outlines_[id].push_back({keyframe_, evidence.outline_body});
-    index_.insert_outline(id, points);
-  } else {
-    known->second.join(evidence);
-  }
-  auto factor = std::find_if(
-      graph_.plane_moments.rbegin(), graph_.plane_moments.rend(),
-      [&](const PlaneMomentsFactor& f) { return f.keyframe == keyframe_ && f.plane == id; });
-  if (factor == graph_.plane_moments.rend()) {
-    // A refinement since gave what the keyframe had seen to another plane: begun anew.
-    known->second = PlaneViews(evidence);
-    graph_.plane_moments.push_back({keyframe_, id, {}, ExtrinsicsId::kNone, 1.0});
-    factor = graph_.plane_moments.rbegin();
-  }
-  factor->moments_body = factor_moments(known->second);
-  window_.set(*factor);
-  ++plane.observations;
-  plane.last_seen = std::max(plane.last_seen, stamp);
-  plane.votes.floor += evidence.votes.floor;
-  plane.votes.sub_dominant += evidence.votes.sub_dominant;
-  plane.votes.obstacle += evidence.votes.obstacle;
-  if (!evidence.partial) partial_.erase(id);
-}
-
-void Mapper::ensure_in_window(PlaneId id, const PlaneEvidence& evidence) {
-  if (window_.contains(id)) return;
-  const PlaneLandmark& plane = graph_.at(id);
-  if (window_.add_plane(id, plane.plane_anchor, plane.anchor_map, plane.covariance)) return;
-  if (!partial_.count(id)) return;
-  // Upright on the scan, as when it was new. About its present tilt the prior would follow every
-  // return's noise, and after many a wall would lie flat in the scan, where it fits all there is.
-  const Plane& now = plane.plane_anchor;
-  Eigen::Vector3d upright = now.normal();
-  if (evidence.partial) {
-    const Eigen::Vector3d scan = graph_.at(keyframe_).T_map_body.so3() * evidence.scan_normal_body;
-    upright -= upright.dot(scan) * scan;
-  }
-  const auto at = Plane::from_normal_rho(upright, now.rho() * upright.norm());
-  window_.add_prior(id, at.value_or(now), options_.prior_tilt_deg * kDegree,
-                    options_.prior_distance_m);
-}
-
-// --------------------------------------------------------------------------- estimation
-
-// The body's pose relative to its keyframe, planes held: prior from odometry, planes as seen.
-Mapper::Relative Mapper::located(const Relative& predicted, const Step& step) const {
-  const SE3 T_map_keyframe = graph_.at(keyframe_).T_map_body;
-  const Eigen::LLT<Matrix6d> llt(predicted.covariance);
-  if (llt.info() != Eigen::Success) return predicted;
-  const Matrix6d prior = llt.solve(Matrix6d::Identity());
-  SE3 T = predicted.T_keyframe_body;
-  Matrix6d H = prior;
-  for (int round = 0; round < 2; ++round) {
-    const Vector6d off = (predicted.T_keyframe_body.inverse() * T).log();
-    H = prior;
-    Vector6d g = prior * off;
-    for (std::size_t i = 0; i < step.evidence.size(); ++i) {
-      const PlaneId id = step.result.decisions[i].plane;
-      if (id == PlaneId::kNone) continue;
-      const PlaneLandmark& plane = graph_.at(id);
-      const Moments m = factor_moments(step.evidence[i]);
-      const SE3 T_map_body = T_map_keyframe * T;
-      const Eigen::Vector3d n = T_map_body.so3().inverse() * plane.plane_anchor.normal();
-      const double d = plane.plane_anchor.signed_distance(T_map_body * m.mean() - plane.anchor_map);
-      const Eigen::Matrix3d turn = SO3::hat(n);
-      Vector6d along;
-      along << n, m.mean().cross(n);
-      Matrix6d information = m.weight() * along * along.transpose();
-      information.bottomRightCorner<3, 3>() += turn.transpose() * m.scatter() * turn;
-      Vector6d gradient = m.weight() * d * along;
-      gradient.tail<3>() += turn.transpose() * (m.scatter() * n);
-      const double chi = m.weight() * d * d + n.dot(m.scatter() * n);
-      const double bound = options_.window.robust_chi_squared;
-      const double weight = chi <= bound ? 1.0 : std::sqrt(bound / chi);
-      H += weight * information;
-      g += weight * gradient;
-    }
-    const Vector6d delta = H.llt().solve(-g);
-    if (!delta.allFinite()) return predicted;
-    T = T * SE3::exp(delta);
-  }
-  return {T, H.llt().solve(Matrix6d::Identity())};
-}
-
-void Mapper::localize(Step& step) { estimate_ = located(estimate_, step); }
 
 void Mapper::solve_window(Step& step) {
-  WindowReport report = window_.solve();
-  if (report.finite && hold_fallen() > 0) report = window_.solve();
+  WindowReport report = map_.window.solve();
+  if (report.finite && hold_fallen(map_) > 0) report = map_.window.solve();
   step.result.window = report;
   if (!report.finite) return;
-  for (const KeyframeId id : window_.keyframes()) graph_.at(id).T_map_body = window_.pose(id);
-  for (const PlaneId id : window_.planes()) {
-    graph_.at(id).set_plane_anchor(window_.plane_anchor(id));
-  }
-  keyframe_covariance_ = window_.newest_covariance();
-  joint_.clear();
-  for (const auto& [id, C] : window_.joint_covariances(window_.planes())) joint_.emplace(id, C);
-}
-
-// Lines that contradict each other (a bent wall, a pose that is off) agree best on a plane that
-// lies in the scan, which no beam can meet: what has fallen that way is stood up and held, in the
-// window alone: the graph's own prior is about upright already.
-std::size_t Mapper::hold_fallen() {
-  constexpr double kFallen = 0.5;      // sine of what a wall may lean on the scan: 30 degrees
-  constexpr double kSigmaShare = 0.2;  // of the prior's
-  std::size_t held = 0;
-  for (const auto& [id, views] : gathered_) {
-    if (!partial_.count(id) || !views.partial() || !window_.contains(id)) continue;
-    const PlaneEvidence& evidence = views.best();
-    const Eigen::Vector3d scan = window_.pose(keyframe_).so3() * evidence.scan_normal_body;
-    const Plane now = window_.plane_anchor(id);
-    const double lean = now.normal().dot(scan);
-    if (std::abs(lean) < kFallen) continue;
-    // The line it makes in the scan now says nothing: the one that was seen does.
-    Eigen::Vector3d upright = window_.pose(keyframe_).so3() * evidence.plane_body.normal();
-    upright -= upright.dot(scan) * scan;
-    const auto at = Plane::from_normal_rho(upright, 0);
-    if (!at) continue;
-    const Eigen::Vector3d seen = window_.pose(keyframe_) * evidence.moments_body.mean();
-    const double rho = at->normal().dot(seen - graph_.at(id).anchor_map);
-    held += window_.add_prior(id, Plane(at->normal(), rho),
-                              kSigmaShare * options_.prior_tilt_deg * kDegree,
-                              options_.prior_distance_m);
-  }
-  return held;
+  map_.take_window_estimates();
 }
 
 void Mapper::tidy(Step& step) {
-  if (options_.merge_planes) step.result.merged = merge_coplanar();
-  const WindowDepartures gone = window_.marginalize();
+  if (map_.options.merge_planes) step.result.merged = merging_.merge_coplanar(map_);
+  const WindowDepartures gone = map_.window.marginalize();
   for (const auto& plane : gone.planes) {
-    if (plane.covariance.allFinite()) graph_.at(plane.id).covariance = plane.covariance;
-    joint_.erase(plane.id);
+    if (plane.covariance.allFinite()) map_.graph.at(plane.id).covariance = plane.covariance;
+    map_.joint.erase(plane.id);
   }
-  for (const auto& pose : gone.poses) left_window_[pose.id] = pose.T_map_body;
-  if (options_.place.enabled && keyframes_made_ % options_.place.every_keyframes == 0) {
-    step.result.loop_closed = recognise();
+  for (const auto& pose : gone.poses) map_.left_window[pose.id] = pose.T_map_body;
+  const PlaceRecognitionOptions& place = map_.options.place;
+  if (place.enabled && keyframes_made_ % place.every_keyframes == 0) {
+    step.result.loop_closed = close_plane_loop(map_, merging_);
+    if (step.result.loop_closed) formation_.refit(map_);
   }
-  for (const auto& pose : gone.poses) {
-    if (!retire(pose.id)) stayed_.push_back(pose.id);
+  for (const auto& pose : gone.poses) retirement_.departed(map_, pose.id);
+}
+
+bool Mapper::add_loop(KeyframeId from, KeyframeId to, const SE3& T_from_to,
+                      const Matrix6d& covariance) {
+  if (from == to || !map_.graph.find(from) || !map_.graph.find(to)) return false;
+  const Eigen::LLT<Matrix6d> llt(covariance);
+  if (!covariance.allFinite() || llt.info() != Eigen::Success) return false;
+  if (!T_from_to.translation().allFinite()) return false;
+  const Matrix6d S = llt.matrixL().solve(Matrix6d::Identity());
+  const LoopFactor factor{from, to, T_from_to, S, 1.0};
+  map_.graph.loops.push_back(factor);
+  map_.window.add(factor);  // where both ends are in it
+  return true;
+}
+
+RefineResult Mapper::refine(const RefineOptions& options,
+                            const std::function<bool(const RefineProgress&)>& progress) {
+  const bool moving = map_.keyframe != KeyframeId::kNone;
+  const SE3 before = moving ? map_.T_map_keyframe() : SE3();
+  RefineResult result = lamina::refine(map_.graph, options, progress);
+  if (result.status != SolveStatus::kCancelled && result.status != SolveStatus::kInvalidInput) {
+    result = revise_planes(map_, merging_, std::move(result), options, progress);
+    merging_.refined();
   }
+  drop_unsupported(map_);
+  retirement_.refined(map_.keyframe);
+  if (!moving) return result;
+  // The window follows as one body: its prior says nothing about where it is, only how it hangs
+  // together.
+  map_.window.move(map_.T_map_keyframe() * before.inverse());
+  for (const PlaneId id : map_.window.planes()) {
+    map_.window.set_anchor(id, map_.graph.at(id).anchor_map);
+  }
+  formation_.refit(map_);
+  return result;
+}
+
+void Mapper::know_covariances() {
+  store_covariances(map_.graph);
+  map_.joint.clear();
+  set_wheel_covariance(parameters_.wheels);
+}
+
+void Mapper::move(const SE3& T_new_map) {
+  map_.move(T_new_map);
+  merging_.move(T_new_map);
+  formation_.refit(map_);
 }
 
 SE3 Mapper::current_pose() const {
-  if (keyframe_ == KeyframeId::kNone) return SE3();
-  return graph_.at(keyframe_).T_map_body * estimate_.T_keyframe_body;
+  if (map_.keyframe == KeyframeId::kNone) return SE3();
+  return map_.T_map_keyframe() * estimate_.T_keyframe_body;
 }
 
 Matrix6d Mapper::current_covariance() const {
   const Matrix6d A = estimate_.T_keyframe_body.inverse().adjoint();
-  return A * keyframe_covariance_ * A.transpose() + estimate_.covariance;
+  return A * map_.keyframe_covariance * A.transpose() + estimate_.covariance;
 }
 
 }  // namespace lamina

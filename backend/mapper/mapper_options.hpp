@@ -1,6 +1,7 @@
 // Settings of the mapper, with units and reasons.
 #pragma once
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -64,6 +65,8 @@ struct MapperOptions {
   /// they leave the window, so that laps of one building do not grow the graph. 0: never.
   double reuse_distance_m = 0.3;
   double reuse_angle_deg = 12;
+
+  double prior_tilt() const { return prior_tilt_deg * (M_PI / 180.0); }  ///< rad
 
   std::vector<std::string> problems() const;
 };
