@@ -166,7 +166,8 @@ function(lamina_add_library name)
   set_property(GLOBAL APPEND PROPERTY LAMINA_LIBRARIES ${name})
 endfunction()
 
-# lamina_add_test(NAME SOURCES... LINK targets... [LABELS ...]) makes NAME_test and lists each TEST in ctest.
+# lamina_add_test(NAME SOURCES... LINK targets... [LABELS ...]) makes NAME_test and lists in ctest
+# each of its suites (label unit) or each TEST (others).
 function(lamina_add_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT ARG_TIMEOUT)
@@ -183,8 +184,15 @@ function(lamina_add_test name)
   target_link_libraries(${name}_test PRIVATE ${ARG_LINK} GTest::gmock_main)
   target_compile_definitions(${name}_test PRIVATE LAMINA_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
                                                   LAMINA_BINARY_DIR="${CMAKE_BINARY_DIR}")
-  gtest_discover_tests(${name}_test DISCOVERY_MODE PRE_TEST
-                       PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}")
+  if(ARG_LABELS STREQUAL unit)
+    set(LAMINA_TEST_PROGRAM ${CMAKE_CURRENT_BINARY_DIR}/${name}_test)
+    set(suites ${CMAKE_CURRENT_BINARY_DIR}/${name}_suites.cmake)
+    configure_file(${CMAKE_SOURCE_DIR}/cmake/add_suites.cmake.in ${suites} @ONLY)
+    set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${suites})
+  else()
+    gtest_discover_tests(${name}_test DISCOVERY_MODE PRE_TEST
+                         PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS "${ARG_LABELS}")
+  endif()
 endfunction()
 
 # lamina_add_test_support(NAME SOURCES... LINK targets...) makes the static library lamina_NAME for

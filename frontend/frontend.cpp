@@ -1,3 +1,4 @@
+// Routing of measurements.
 #include <lamina/frontend/frontend.hpp>
 
 #include <utility>

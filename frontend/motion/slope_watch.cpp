@@ -1,3 +1,4 @@
+// Changes of slope in images, kept in mind for seconds of driving.
 #include <lamina/frontend/motion/slope_watch.hpp>
 
 #include <algorithm>

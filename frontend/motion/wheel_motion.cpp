@@ -1,3 +1,4 @@
+// Motions by wheels, across holes, too.
 #include <lamina/frontend/motion/wheel_motion.hpp>
 
 #include <algorithm>
