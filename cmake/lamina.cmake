@@ -166,10 +166,11 @@ function(lamina_add_library name)
   set_property(GLOBAL APPEND PROPERTY LAMINA_LIBRARIES ${name})
 endfunction()
 
-# lamina_add_test(NAME SOURCES... LINK targets... [LABELS ...]) makes NAME_test and lists in ctest
-# each of its suites (label unit) or each TEST (others).
+# lamina_add_test(NAME SOURCES... LINK targets... [LABELS ...] [WHOLE SUITES...]) makes NAME_test and lists in
+# ctest each of its suites (label unit) or each TEST (others). Suites that solve whole maps or read whole
+# recordings are named behind WHOLE: they have the label e2e.
 function(lamina_add_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS;WHOLE" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()

@@ -22,7 +22,8 @@ struct DepthChecks {
   /// For archives (models/archive.hpp).
   template <class A>
   friend void fields(A& a, DepthChecks& v) {
-    a(v.noise, v.optical, v.floors);
+    auto& [noise, optical, floors] = v;
+    a(noise, optical, floors);
   }
 };
 

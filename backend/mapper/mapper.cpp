@@ -123,7 +123,7 @@ void Mapper::predict(Step& step) const {
   // A level scanner's walls stand where they are expected: there a track adds nothing but its
   // mistakes at corners.
   const SE3& T_body_sensor = step.observations.T_body_sensor;
-  const bool level = is_level(T_body_sensor.so3() * Eigen::Vector3d::UnitZ());
+  const bool level = scan_is_level(T_body_sensor.so3() * Eigen::Vector3d::UnitZ());
   for (const auto& o : step.observations.segments) views.tracks.push_back(level ? -1 : o.track);
   step.odometry = odometry_;
   step.body.relative = estimate_;

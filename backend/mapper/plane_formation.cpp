@@ -56,7 +56,7 @@ void refit_one(FormingPlane& t, const WorkingMap& map) {
   std::optional<Plane> plane;
   if (!merged.empty() && merged.mean().allFinite()) {
     // Level scanners meet walls; what one that hangs or leans meets may have any tilt.
-    const bool open = partial && !is_level(scan_normal);
+    const bool open = partial && !scan_is_level(scan_normal);
     t.tilt_sigma = open ? kOpenTiltDegrees * (M_PI / 180.0) : map.options.prior_tilt();
     if (partial) {
       plane = upright_plane(merged, scan_normal, towards, t.tilt_sigma);

@@ -8,7 +8,7 @@
 
 namespace lamina {
 
-bool is_level(const Eigen::Vector3d& scan_normal) {
+bool scan_is_level(const Eigen::Vector3d& scan_normal) {
   constexpr double kLevelScan = 0.94;  // cosine: within 20 degrees
   return std::abs(scan_normal.z()) > kLevelScan;
 }
@@ -17,7 +17,7 @@ Moments factor_moments(const PlaneEvidence& e, const AssociationOptions& options
   NoiseFloor floor = e.floor;
   floor.sigma_rho = std::hypot(floor.sigma_rho, options.surface_sigma_m);
   floor.sigma_tilt = std::hypot(floor.sigma_tilt, options.surface_sigma_deg * (M_PI / 180.0));
-  if (!e.partial || is_level(e.scan_normal_body)) {
+  if (!e.partial || scan_is_level(e.scan_normal_body)) {
     return e.moments_body.discounted(e.plane_body.normal(), floor);
   }
   // Lines of a leaning scanner that moved span a plane that need not be upright on them: each axis

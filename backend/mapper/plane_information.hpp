@@ -6,7 +6,7 @@
 namespace lamina {
 
 /// Whether scans of this normal (unit, map or body frame) are level to 20 degrees.
-bool is_level(const Eigen::Vector3d& scan_normal);
+bool scan_is_level(const Eigen::Vector3d& scan_normal);
 
 /// Moments in the evidence's own body frame, m, with what all of its points share taken off their
 /// information: the noise floor and how plane surfaces are (AssociationOptions::surface_sigma_*).

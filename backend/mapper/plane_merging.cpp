@@ -86,6 +86,13 @@ MergeRecord record_of(const WorkingMap& map, PlaneId from) {
   return record;
 }
 
+// Whether segments alone, of two points each, saw a plane.
+bool seen_by_lines(const std::vector<OutlinePiece>& pieces) {
+  return !pieces.empty() && std::all_of(pieces.begin(), pieces.end(), [](const auto& piece) {
+    return piece.points_body.size() <= 2;
+  });
+}
+
 // What the present keyframe saw of `from` is of `into`.
 void join_gathered(WorkingMap& map, PlaneId from, PlaneId into) {
   const auto gathered = map.gathered.find(from);
@@ -197,6 +204,7 @@ bool PlaneMerging::undo(WorkingMap& map, PlaneId from) {
   }
   for (const MarginalPrior& prior : record.priors) map.graph.marginal_priors.push_back(prior);
   map.outlines[from] = record.outlines;
+  if (seen_by_lines(record.outlines)) map.partial.insert(from);
   remake_outline(plane, record.outlines, map.graph, map.options.outline_cell_m);
   if (PlaneLandmark* other = map.graph.find(into)) {
     auto& pieces = map.outlines[into];
@@ -205,6 +213,7 @@ bool PlaneMerging::undo(WorkingMap& map, PlaneId from) {
         return p.keyframe == q.keyframe && p.points_body == q.points_body;
       });
     });
+    if (seen_by_lines(pieces)) map.partial.insert(into);
     remake_outline(*other, pieces, map.graph, map.options.outline_cell_m);
     other->observations = std::max<std::int64_t>(0, other->observations - plane.observations);
   }

@@ -156,7 +156,8 @@ struct Revision {
     bool reconsidered = false;
     int shifts = 0;
     for (int round = 0; round < most_rounds + shifts; ++round) {
-      std::size_t changes = merging.undo_contradicted(map, merged, apart) + stand_up_fallen(map);
+      std::size_t changes = merging.undo_contradicted(map, merged, apart);
+      changes += stand_up_fallen(map);
       if (round == 0) {
         changes += part_rejected(result.rejected);
         map.remake_outlines();

@@ -34,7 +34,7 @@ struct MatchedScan {
 
 /// Wheels where there are any, refined by matching scans; scans or depth images alone otherwise.
 /// Where wheels and scans stop and images go on, these tell the motion; where nothing does, it is
-/// said to be unknown. Every step: begin(), then match() and accept() for a scan, wheels() and
+/// said to be unknown. Every step: begin(), then match() and accept() for a scan, by_wheels() and
 /// move() for an image or cloud.
 class MotionEstimator {
  public:
@@ -114,7 +114,8 @@ class MotionEstimator {
     std::optional<SE3> lifted;      // what images added to what lies in the plane
     template <class A>
     friend void fields(A& a, LastScan& v) {
-      a(v.stamp, v.T_start_body, v.moved, v.interval, v.left_to_wheels, v.since, v.lifted);
+      auto& [stamp, T_start_body, moved, interval, left_to_wheels, since, lifted] = v;
+      a(stamp, T_start_body, moved, interval, left_to_wheels, since, lifted);
     }
   };
   // The last image, and the way since.
@@ -125,7 +126,8 @@ class MotionEstimator {
     Matrix6d since = Matrix6d::Zero();  // covariance of the way from there
     template <class A>
     friend void fields(A& a, LastImage& v) {
-      a(v.stamp, v.T_start_body, v.velocity, v.since);
+      auto& [stamp, T_start_body, velocity, since] = v;
+      a(stamp, T_start_body, velocity, since);
     }
   };
   struct Straightening;  // of one scan

@@ -30,6 +30,7 @@ class ScanDuration {
   /// A scan as measured and the motion to it (SweepWatch::add). What is found holds from the next
   /// scan on.
   void add(const LaserScan& measured, const std::optional<SE3>& moved, bool finely) {
+    if (!watches(measured)) return;
     watch_->add(measured, moved, finely);
     const auto found = watch_->found_on_the_way();
     if (!found) return;
@@ -42,7 +43,9 @@ class ScanDuration {
   /// For archives (models/archive.hpp). What was found is taken before the next measurement.
   template <class A>
   friend void fields(A& a, ScanDuration& v) {
-    a(v.seconds_, v.watch_);
+    auto& [seconds, watch, found] = v;
+    static_cast<void>(found);
+    a(seconds, watch);
   }
 
  private:

@@ -26,7 +26,8 @@ class SlopeWatch {
   /// For archives (models/archive.hpp).
   template <class A>
   friend void fields(A& a, SlopeWatch& v) {
-    a(v.last_, v.last_two_, v.images_);
+    auto& [last, last_two, images] = v;
+    a(last, last_two, images);
   }
 
  private:

@@ -28,7 +28,8 @@ class CheckedRanges {
   /// For archives (models/archive.hpp).
   template <class A>
   friend void fields(A& a, CheckedRanges& v) {
-    a(v.largest_, v.noise_, v.most_noise_);
+    auto& [largest, noise, most_noise] = v;
+    a(largest, noise, most_noise);
   }
 
  private:
