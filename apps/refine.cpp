@@ -16,21 +16,30 @@
 namespace lamina::apps {
 namespace {
 
-MapOptions options_of_text(const std::string& yaml, const std::string& name) {
-  MapOptions options;
-  load_text(options, yaml, name);
-  options.to_yaml = &to_yaml;
-  return options;
+using Assignments = std::vector<std::string>;
+
+void assign(MapOptions& options, const Assignments& assignments) {
+  for (const auto& assignment : assignments) set_assignment(options, assignment);
+  if (const auto wrong = problems(options); !wrong.empty()) {
+    throw Error("settings: " + wrong.front());
+  }
 }
 
 int refine(const std::vector<std::filesystem::path>& inputs, const std::filesystem::path& output,
-           bool quiet) {
+           const Assignments& assignments, bool quiet) {
   set_up_log(quiet);
   InterruptGuard interrupt(InterruptGuard::Kind::kWithinASecond,
                            "warning: interrupted: nothing was written, the maps are as they were",
                            "warning: interrupted: there was no time to write the map; the maps it "
                            "was made from are as they were");
   RunDisplay display(interrupt, quiet, nullptr, output);
+  const auto options_of_text = [&](const std::string& yaml, const std::string& name) {
+    MapOptions options;
+    load_text(options, yaml, name);
+    assign(options, assignments);
+    options.to_yaml = &to_yaml;
+    return options;
+  };
   const MapResult result = refine_sessions(inputs, options_of_text, output, display);
   const WrittenResults written = write_results(output, result, display);
   viewer::write_report(output);
@@ -42,13 +51,15 @@ int refine(const std::vector<std::filesystem::path>& inputs, const std::filesyst
 
 // A benchmark problem: signals end the iterations, what stands is written.
 int solve(const std::filesystem::path& input, const std::filesystem::path& output,
-          std::optional<int> window) {
+          std::optional<int> window, const Assignments& assignments) {
+  MapOptions options;
+  assign(options, assignments);
   InterruptGuard interrupt(InterruptGuard::Kind::kWithinASecond, "",
                            "warning: interrupted: there was no time to write the poses");
   interrupt.something_stands();
   const RunDisplay display(interrupt, true, nullptr);
-  const SolvedBenchmark solved =
-      solve_benchmark(input, output, window, [&display] { return display.hurried(); });
+  const SolvedBenchmark solved = solve_benchmark(input, output, window, options.mapper.window.engine,
+                                                 [&display] { return display.hurried(); });
   fmt::print("{}\n", solved.summary);
   return solved.converged ? 0 : 1;
 }
@@ -56,49 +67,52 @@ int solve(const std::filesystem::path& input, const std::filesystem::path& outpu
 }  // namespace
 
 Verb refine_verb() {
-  return {
-      "refine", "re-optimises saved maps and joins several into one; or solves a .planegraph",
-      "lamina refine out/monday out/tuesday --output out/both", [](CLI::App& app) {
-        struct Options {
-          std::vector<std::string> inputs;
-          std::string output, mode = "offline";
-          std::optional<int> keyframes;
-          bool quiet = false;
-        };
-        auto o = std::make_shared<Options>();
-        app.add_option("INPUT", o->inputs,
-                       "output folders of `map` (several are joined), or FILE.planegraph")
-            ->required();
-        app.add_option("-o,--output", o->output, "folder for the results")->required();
-        app.add_option("--mode", o->mode,
-                       "offline: the whole graph; online: the window (.planegraph alone)")
-            ->check(CLI::IsMember({"offline", "online"}));
-        app.add_option("--keyframes", o->keyframes, "keyframes in the window of --mode online; 20")
-            ->check(CLI::Range(3, 100000));
-        app.add_flag("--quiet", o->quiet, "warnings only");
-        return [o]() {
-          const std::filesystem::path input = o->inputs.front();
-          const bool problem = input.extension() == ".planegraph", online = o->mode == "online";
-          if (online && !problem) {
-            throw Error("--mode: found 'online' for " + input.string() +
-                        ", expected offline: a saved map is refined as a whole");
-          }
-          if (o->keyframes && !online) {
-            throw Error(
-                "--keyframes: found the window's length without a window, expected it with a "
-                ".planegraph and --mode online");
-          }
-          if (!problem) {
-            return refine({o->inputs.begin(), o->inputs.end()}, o->output, o->quiet);
-          }
-          if (o->inputs.size() != 1) {
-            throw Error(o->inputs[1] + ": a .planegraph is solved alone, expected one input");
-          }
-          constexpr int kKeyframes = 20;
-          return solve(input, o->output,
-                       online ? std::optional(o->keyframes.value_or(kKeyframes)) : std::nullopt);
-        };
-      }};
+  return {"refine", "re-optimises saved maps and joins several into one; or solves a .planegraph",
+          "lamina refine out/monday out/tuesday --output out/both", [](CLI::App& app) {
+            struct Options {
+              std::vector<std::string> inputs, assignments;
+              std::string output, mode = "offline";
+              std::optional<int> keyframes;
+              bool quiet = false;
+            };
+            auto o = std::make_shared<Options>();
+            app.add_option("INPUT", o->inputs,
+                           "output folders of `map` (several are joined), or FILE.planegraph")
+                ->required();
+            app.add_option("-o,--output", o->output, "folder for the results")->required();
+            app.add_option("--mode", o->mode,
+                           "offline: the whole graph; online: the window (.planegraph alone)")
+                ->check(CLI::IsMember({"offline", "online"}));
+            app.add_option("--keyframes", o->keyframes,
+                           "keyframes in the window of --mode online; 20")
+                ->check(CLI::Range(3, 100000));
+            app.add_option("--set", o->assignments, "key=value, as often as needed")->take_all();
+            app.add_flag("--quiet", o->quiet, "warnings only");
+            return [o]() {
+              const std::filesystem::path input = o->inputs.front();
+              const bool problem = input.extension() == ".planegraph", online = o->mode == "online";
+              if (online && !problem) {
+                throw Error("--mode: found 'online' for " + input.string() +
+                            ", expected offline: a saved map is refined as a whole");
+              }
+              if (o->keyframes && !online) {
+                throw Error(
+                    "--keyframes: found the window's length without a window, expected it with a "
+                    ".planegraph and --mode online");
+              }
+              if (!problem) {
+                return refine({o->inputs.begin(), o->inputs.end()}, o->output, o->assignments,
+                              o->quiet);
+              }
+              if (o->inputs.size() != 1) {
+                throw Error(o->inputs[1] + ": a .planegraph is solved alone, expected one input");
+              }
+              constexpr int kKeyframes = 20;
+              return solve(input, o->output,
+                           online ? std::optional(o->keyframes.value_or(kKeyframes)) : std::nullopt,
+                           o->assignments);
+            };
+          }};
 }
 
 }  // namespace lamina::apps

@@ -21,6 +21,8 @@ void build_office(Settings& s, World& world);
 void build_long_corridor(Settings& s, World& world);
 // builtin_slopes.cpp
 void build_ramp(Settings& s, World& world);
+// builtin_swells.cpp
+void build_uneven(Settings& s, World& world);
 // builtin_flights.cpp
 void build_flyover(Settings& s, World& world);
 void build_roof_ridge(Settings& s, World& world);

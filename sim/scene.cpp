@@ -113,6 +113,30 @@ int Scene::add_ground(const std::string& name, PlaneLabel label, const Rect& are
   return id;
 }
 
+int Scene::add_terrain(const std::string& name, PlaneLabel label, const Rect& area, double cell,
+                       const std::function<double(double x, double y)>& height) {
+  const int id = add_polygon(name, label, rectangle_at(area, 0));
+  faces_.pop_back();
+  const auto facet = [&](const Corners& corners) {
+    const Eigen::Vector3d normal = area_vector(corners).normalized();
+    faces_.push_back({id, Plane(normal, normal.dot(corners[0])), corners});
+  };
+  const int columns = std::max(1, static_cast<int>(std::lround((area.x1 - area.x0) / cell)));
+  const int rows = std::max(1, static_cast<int>(std::lround((area.y1 - area.y0) / cell)));
+  const auto corner = [&](int i, int j) {
+    const double x = area.x0 + (area.x1 - area.x0) * i / columns;
+    const double y = area.y0 + (area.y1 - area.y0) * j / rows;
+    return Eigen::Vector3d(x, y, height(x, y));
+  };
+  for (int j = 0; j < rows; ++j) {
+    for (int i = 0; i < columns; ++i) {
+      facet({corner(i, j), corner(i + 1, j), corner(i + 1, j + 1)});
+      facet({corner(i, j), corner(i + 1, j + 1), corner(i, j + 1)});
+    }
+  }
+  return id;
+}
+
 void Scene::add_box(const std::string& name, const SE3& T_map_box, const Eigen::Vector3d& size,
                     PlaneLabel top, PlaneLabel sides) {
   const double x = size.x() / 2, y = size.y() / 2, z = size.z();

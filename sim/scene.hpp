@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -73,6 +74,9 @@ class Scene {
   /// Level ground at height z with rectangular openings.
   int add_ground(const std::string& name, PlaneLabel label, const Rect& area, double z,
                  const std::vector<Rect>& openings = {});
+  /// Ground of a height (m) that varies: facets of `cell` (m), all of one level plane of the truth.
+  int add_terrain(const std::string& name, PlaneLabel label, const Rect& area, double cell,
+                  const std::function<double(double x, double y)>& height);
   /// A box standing on the x-y plane of T_map_box, centred there; sides, top and bottom.
   void add_box(const std::string& name, const SE3& T_map_box, const Eigen::Vector3d& size,
                PlaneLabel top = PlaneLabel::kOther, PlaneLabel sides = PlaneLabel::kOther);

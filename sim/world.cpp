@@ -34,6 +34,7 @@ constexpr Entry kScenes[] = {
      build_corridor_loop},
     {"ramp", "two halls joined by a ramp of 5 degrees; depth camera, lidar, drifting wheels",
      build_ramp},
+    {"uneven", "a hall whose floor swells by centimetres; depth camera, wheels", build_uneven},
     {"office", "many rooms along a hall; depth camera, lidar, drifting wheels", build_office},
     {"flyover", "an aircraft with a downward lidar over gabled buildings, 54 observed planes",
      build_flyover},

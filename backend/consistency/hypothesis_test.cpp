@@ -6,8 +6,7 @@
 
 #include <lamina/backend/refine/graduated_non_convexity.hpp>
 #include <lamina/backend/refine/pinned_solve.hpp>
-#include <lamina/backend/solver/native/normal_equations.hpp>
-#include <lamina/backend/solver/native/rotation_initialization.hpp>
+#include <lamina/backend/solver/rotation_initialization.hpp>
 
 namespace lamina {
 namespace {

@@ -11,7 +11,7 @@
 #include <lamina/backend/association/same_view_separation.hpp>
 #include <lamina/backend/consistency/hypothesis_test.hpp>
 #include <lamina/backend/refine/graduated_non_convexity.hpp>
-#include <lamina/backend/solver/native/rotation_initialization.hpp>
+#include <lamina/backend/solver/rotation_initialization.hpp>
 
 namespace lamina {
 namespace {

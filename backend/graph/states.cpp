@@ -32,6 +32,31 @@ Eigen::Vector2d sphere_log(const Eigen::Vector3d& n0, const Matrix32d& B0, const
   return ratio * s;
 }
 
+PlaneState PlaneState::carried(const Eigen::Vector3d& d) const {
+  const SO3 turn = SO3::exp(n.cross(B * d.head<2>()));
+  PlaneState result;
+  result.n = (turn * n).normalized();
+  const Eigen::Vector3d b0 = turn * Eigen::Vector3d(B.col(0));
+  result.B.col(0) = (b0 - b0.dot(result.n) * result.n).normalized();
+  result.B.col(1) = result.n.cross(Eigen::Vector3d(result.B.col(0)));
+  result.rho = rho + d.z();
+  return result;
+}
+
+Eigen::Vector3d PlaneState::minus(const PlaneState& origin) const {
+  Eigen::Vector3d d;
+  d << sphere_log(origin.n, origin.B, n, nullptr), rho - origin.rho;
+  return d;
+}
+
+PlaneState PlaneState::turned(const Eigen::Matrix3d& R) const {
+  PlaneState result;
+  result.n = R * n;
+  result.B = R * B;
+  result.rho = rho;
+  return result;
+}
+
 Eigen::Matrix3d scatter_root(const Eigen::Matrix3d& scatter) {
   const SymmetricEigen<3> eigen = symmetric_eigen(scatter);
   Eigen::Matrix3d rows;

@@ -49,6 +49,13 @@ struct PlaneState {
       : n(x[0], x[1], x[2]), rho(x[3]), B(Plane::tangent_basis(n)) {}
   Plane plane() const { return Plane(n, rho); }
   PlaneState plus(const Eigen::Vector3d& d) const { return PlaneState(plane().boxplus(d)); }
+  /// The same step with the basis carried along: coordinates in it do not jump where
+  /// Plane::tangent_basis() does.
+  PlaneState carried(const Eigen::Vector3d& d) const;
+  /// The step from `origin` to this plane, in the basis of `origin`.
+  Eigen::Vector3d minus(const PlaneState& origin) const;
+  /// The same plane with axes turned by R.
+  PlaneState turned(const Eigen::Matrix3d& R) const;
   void write(double* x) const {
     Eigen::Vector3d::Map(x) = n;
     x[3] = rho;

@@ -3,31 +3,46 @@
 
 #include <Eigen/Cholesky>
 #include <cmath>
+#include <vector>
 
+#include <lamina/backend/graph/factors/plane_moments.hpp>
 #include <lamina/backend/mapper/plane_information.hpp>
 
 namespace lamina {
 namespace {
 
-struct NormalEquations {
+// A view of a plane of the map.
+struct View {
+  PlaneMomentsTerm term;
+  PlaneState plane;
+};
+
+std::vector<View> views_of(const WorkingMap& map, std::span<const PlaneEvidence> evidence,
+                           std::span<const AssociationDecision> decisions) {
+  std::vector<View> views;
+  for (std::size_t i = 0; i < evidence.size(); ++i) {
+    if (decisions[i].plane == PlaneId::kNone) continue;
+    const PlaneLandmark& plane = map.graph.at(decisions[i].plane);
+    views.push_back({{factor_moments(evidence[i], map.options.association), plane.anchor_map},
+                     PlaneState(plane.plane_anchor)});
+  }
+  return views;
+}
+
+struct PoseEquations {
   Matrix6d H;
   Vector6d g;
 
-  // Moments `m` (body frame) on a plane held still, Huber's weight beyond `bound`.
-  void add(const Moments& m, const PlaneLandmark& plane, const SE3& T_map_body, double bound) {
-    const Eigen::Vector3d n = T_map_body.so3().inverse() * plane.plane_anchor.normal();
-    const double d = plane.plane_anchor.signed_distance(T_map_body * m.mean() - plane.anchor_map);
-    const Eigen::Matrix3d turn = SO3::hat(n);
-    Vector6d along;
-    along << n, m.mean().cross(n);
-    Matrix6d information = m.weight() * along * along.transpose();
-    information.bottomRightCorner<3, 3>() += turn.transpose() * m.scatter() * turn;
-    Vector6d gradient = m.weight() * d * along;
-    gradient.tail<3>() += turn.transpose() * (m.scatter() * n);
-    const double chi = m.weight() * d * d + n.dot(m.scatter() * n);
+  // The plane held still, Huber's weight beyond `bound`.
+  void add(const View& view, const PoseState& body, double bound) {
+    PlaneMomentsTerm::Residual r;
+    PlaneMomentsTerm::Jacobians J;
+    view.term.evaluate(body, view.plane, r, &J);
+    const double chi = r.squaredNorm();
     const double weight = chi <= bound ? 1.0 : std::sqrt(bound / chi);
-    H += weight * information;
-    g += weight * gradient;
+    const auto& J_pose = std::get<0>(J);
+    H += weight * J_pose.transpose() * J_pose;
+    g += weight * J_pose.transpose() * r;
   }
 };
 
@@ -46,15 +61,14 @@ BodyInKeyframe localized(const WorkingMap& map, std::span<const PlaneEvidence> e
   if (llt.info() != Eigen::Success) return predicted;
   const Matrix6d prior = llt.solve(Matrix6d::Identity());
   SE3 T = predicted.T_keyframe_body;
-  NormalEquations equations;
+  const std::vector<View> views = views_of(map, evidence, decisions);
+  PoseEquations equations;
   for (int round = 0; round < 2; ++round) {
     const Vector6d off = (predicted.T_keyframe_body.inverse() * T).log();
     equations = {prior, prior * off};
-    for (std::size_t i = 0; i < evidence.size(); ++i) {
-      if (decisions[i].plane == PlaneId::kNone) continue;
-      equations.add(factor_moments(evidence[i], map.options.association),
-                    map.graph.at(decisions[i].plane), map.T_map_keyframe() * T,
-                    map.options.window.robust_chi_squared);
+    const PoseState body(map.T_map_keyframe() * T);
+    for (const View& view : views) {
+      equations.add(view, body, map.options.window.robust_chi_squared);
     }
     const Vector6d delta = equations.H.llt().solve(-equations.g);
     if (!delta.allFinite()) return predicted;

@@ -249,8 +249,9 @@ bool Mapper::add_loop(KeyframeId from, KeyframeId to, const SE3& T_from_to,
   return true;
 }
 
-RefineResult Mapper::refine(const RefineOptions& options,
+RefineResult Mapper::refine(RefineOptions options,
                             const std::function<bool(const RefineProgress&)>& progress) {
+  options.engine = map_.options.window.engine;
   const bool moving = map_.keyframe != KeyframeId::kNone;
   const SE3 before = moving ? map_.T_map_keyframe() : SE3();
   RefineResult result = lamina::refine(map_.graph, options, progress);

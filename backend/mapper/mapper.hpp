@@ -47,7 +47,7 @@ class Mapper {
 
   /// Refines the whole graph and makes outlines and frames anew from it; the window goes on from
   /// there.
-  RefineResult refine(const RefineOptions& options = {},
+  RefineResult refine(RefineOptions options = {},
                       const std::function<bool(const RefineProgress&)>& progress = {});
 
   /// Gives planes the exact covariances of the graph as it was last refined, poses' errors and all;

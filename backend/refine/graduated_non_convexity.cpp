@@ -8,7 +8,7 @@
 #include <lamina/backend/refine/consensus.hpp>
 #include <lamina/backend/refine/plane_refit.hpp>
 #include <lamina/backend/refine/track_planes.hpp>
-#include <lamina/backend/solver/native/rotation_initialization.hpp>
+#include <lamina/backend/solver/rotation_initialization.hpp>
 #include <lamina/models/median.hpp>
 
 namespace lamina {
@@ -54,15 +54,15 @@ void store_weights(Graph& graph, const RobustWeights& weights) {
 /// Runs minimize() on the graph and keeps count.
 class Rounds {
  public:
-  Rounds(Graph& graph, RobustOutcome& outcome,
+  Rounds(Graph& graph, SolverEngine engine, RobustOutcome& outcome,
          const std::function<bool(const RefineProgress&)>& progress)
-      : graph_(graph), outcome_(outcome), progress_(progress) {}
+      : graph_(graph), engine_(engine), outcome_(outcome), progress_(progress) {}
 
   /// Takes in the factors the graph's weights leave.
-  NormalEquations& renew() {
-    outcome_.equations.reset();  // frees its memory first
-    outcome_.equations = std::make_unique<NormalEquations>(graph_);
-    return *outcome_.equations;
+  BatchEngine& renew() {
+    outcome_.engine.reset();  // frees its memory first
+    outcome_.engine = make_engine(graph_, engine_);
+    return *outcome_.engine;
   }
   /// False when the caller wants to stop, or there is nothing to go on with.
   bool run(const MinimizerOptions& options) { return take(minimize_once(options)); }
@@ -74,7 +74,7 @@ class Rounds {
     CostByType cost{};
     bool far = false;
     if (graph_.keyframes.size() >= turns_first) {
-      cost = outcome_.equations->cost();
+      cost = outcome_.engine->cost();
       far = unwind(cost, kTurnsPay);
     }
     if (!far) {
@@ -89,12 +89,12 @@ class Rounds {
     result.initial_cost = cost;
     return take(result);
   }
-  void write() { outcome_.equations->write(graph_); }
+  void write() { outcome_.engine->write(graph_); }
 
  private:
   bool unwind(const CostByType& cost, double least_turn) {
     const RotationInitialization start =
-        start_from_turns(graph_, *outcome_.equations, total(cost), least_turn);
+        start_from_turns(graph_, *outcome_.engine, engine_, total(cost), least_turn);
     outcome_.iterations += start.iterations;
     return start.far;
   }
@@ -107,8 +107,8 @@ class Rounds {
     return !stopped(result.status);
   }
   MinimizerResult minimize_once(const MinimizerOptions& options, const LongPath& path = {}) {
-    return minimize(
-        *outcome_.equations, options,
+    return outcome_.engine->minimize(
+        options,
         [&](const Iteration& it) {
           if (!progress_) return true;
           return progress_(
@@ -118,6 +118,7 @@ class Rounds {
   }
 
   Graph& graph_;
+  SolverEngine engine_;
   RobustOutcome& outcome_;
   const std::function<bool(const RefineProgress&)>& progress_;
   bool first_ = true;
@@ -161,7 +162,7 @@ double typical_misfit(const RobustWeights& chi2, const Agreement& agreement) {
 /// From a kernel `mu` times as wide in chi-squared to the real one, over the factors the graph's
 /// weights leave. False: stopped.
 bool graduate(double mu, const RefineOptions& options, RobustOutcome& outcome, Rounds& rounds) {
-  NormalEquations& equations = *outcome.equations;
+  BatchEngine& engine = *outcome.engine;
   const double ratio = std::max(1.4, std::pow(mu, 1.0 / std::max(1, options.max_rounds - 1)));
   MinimizerOptions few_steps = options.minimizer;
   few_steps.max_iterations = 15;
@@ -170,7 +171,7 @@ bool graduate(double mu, const RefineOptions& options, RobustOutcome& outcome, R
   for (bool last = false; !last; mu = std::max(1.0, mu / ratio)) {
     last = mu <= 1.0;
     ++outcome.rounds;
-    equations.set_weights(weights_at(equations.chi_squared(), options.inlier_chi2, mu));
+    engine.set_weights(weights_at(engine.chi_squared(), options.inlier_chi2, mu));
     if (!rounds.run(few_steps)) return false;
   }
   return true;
@@ -306,7 +307,7 @@ Verdict solve_plainly(Graph& graph, const RefineOptions& options, RobustOutcome&
   plain.max_rejections = kMostRejections;
   // Stopped: what there is stands.
   if (!rounds.run_unwinding(plain, turns_first(options))) return Verdict::kConsistent;
-  const Verdict verdict = judge(outcome.equations->chi_squared(), options.inlier_chi2);
+  const Verdict verdict = judge(outcome.engine->chi_squared(), options.inlier_chi2);
   if (verdict == Verdict::kContradiction) {
     put_back(start, graph);
     return options.refined_before ? Verdict::kFewOutliers : verdict;
@@ -319,7 +320,7 @@ Verdict solve_plainly(Graph& graph, const RefineOptions& options, RobustOutcome&
 RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
                                 const std::function<bool(const RefineProgress&)>& progress) {
   RobustOutcome outcome;
-  Rounds rounds(graph, outcome, progress);
+  Rounds rounds(graph, options.engine, outcome, progress);
   if (!options.robust) {
     rounds.run_unwinding(options.minimizer, turns_first(options));
     rounds.write();
@@ -332,7 +333,7 @@ RobustOutcome minimize_robustly(Graph& graph, const RefineOptions& options,
   // The plain solution was never written: the graph is still where it began.
   if (named_wrong) {
     const Tracks tracks = geometric_tracks(graph, options.inlier_chi2);
-    follow_tracks(graph, tracks, options.minimizer);
+    follow_tracks(graph, tracks, options);
     if (solve_suspecting(graph, agreement_of(graph, tracks), options, outcome, rounds)) {
       reconsider(graph, options, outcome, rounds);
       reconsider_tracks(graph, tracks, options, outcome, rounds);

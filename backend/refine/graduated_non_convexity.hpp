@@ -14,7 +14,7 @@ struct RobustOutcome {
   int iterations = 0, rounds = 0;
   CostByType initial_cost{}, final_cost{};
   std::vector<FactorRef> rejected;
-  std::unique_ptr<NormalEquations> equations;  ///< of the last solve, at the solution
+  std::unique_ptr<BatchEngine> engine;  ///< of the last solve, at the solution
 };
 
 /// Whether there is nothing to go on with after a solve that ended so.

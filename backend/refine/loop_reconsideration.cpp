@@ -39,7 +39,7 @@ void reconsider_loops(Graph& graph, const RefineOptions& options,
   outcome.status = other.status;
   outcome.final_cost = other.final_cost;
   outcome.rejected = std::move(other.rejected);
-  outcome.equations = std::move(other.equations);
+  outcome.engine = std::move(other.engine);
 }
 
 }  // namespace lamina

@@ -4,7 +4,6 @@
 #include <algorithm>
 
 #include <lamina/backend/refine/plane_refit.hpp>
-#include <lamina/backend/solver/native/normal_equations.hpp>
 
 namespace lamina {
 namespace {
@@ -50,11 +49,11 @@ bool solve_pinned(Graph& graph, const Pinned& accepted, const RefineOptions& opt
   bool going = true;
   for (int round = 0; round < kMostRounds && going; ++round) {
     {
-      NormalEquations equations(graph);
-      const MinimizerResult result = minimize(equations, few_steps);
+      const auto engine = make_engine(graph, options.engine);
+      const MinimizerResult result = engine->minimize(few_steps);
       outcome.iterations += result.iterations;
       going = !stopped(result.status);
-      if (going) equations.write(graph);
+      if (going) engine->write(graph);
     }
     const RobustWeights chi2 = chi_squared_of(graph);
     const std::size_t changed =

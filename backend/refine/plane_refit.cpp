@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <lamina/backend/graph/factors/marginal_prior.hpp>
+#include <lamina/backend/graph/factors/plane_moments.hpp>
 #include <lamina/models/linalg.hpp>
 
 namespace lamina {
@@ -44,17 +45,18 @@ std::vector<Evidence> evidence_of(const Graph& graph) {
   return all;
 }
 
-/// Normal equations of one plane; returns the cost.
-double linearize(const Evidence& evidence, const Eigen::Matrix3d& rows, const PlaneState& plane,
+PlaneMomentsTerm term_of(const Evidence& evidence) {
+  return PlaneMomentsTerm(evidence.moments, Eigen::Vector3d::Zero());
+}
+
+/// Normal equations of one plane; returns the cost. `term`: of the evidence.
+double linearize(const Evidence& evidence, const PlaneMomentsTerm& term, const PlaneState& plane,
                  Eigen::Matrix3d& H, Eigen::Vector3d& g) {
-  Eigen::Matrix<double, 4, 3> J;
-  const double root = std::sqrt(evidence.moments.weight());
-  const Eigen::Vector3d& mean = evidence.moments.mean();
-  Eigen::Vector4d r;
-  r << root * (plane.n.dot(mean) - plane.rho), rows * plane.n;
-  J.row(0) << root * mean.transpose() * plane.B, -root;
-  J.bottomLeftCorner<3, 2>() = rows * plane.B;
-  J.bottomRightCorner<3, 1>().setZero();
+  static const PoseState kAtAnchor;
+  PlaneMomentsTerm::Residual r;
+  PlaneMomentsTerm::Jacobians jacobians;
+  term.evaluate(kAtAnchor, plane, r, &jacobians);
+  const auto& J = std::get<1>(jacobians);
   H = J.transpose() * J;
   g = J.transpose() * r;
   double cost = r.squaredNorm();
@@ -69,11 +71,11 @@ double linearize(const Evidence& evidence, const Eigen::Matrix3d& rows, const Pl
 
 /// The minimum nearest to `start`, by damped Newton steps.
 Plane nearest_fit(const Evidence& evidence, const Plane& start) {
-  const Eigen::Matrix3d rows = scatter_root(evidence.moments.scatter());
+  const PlaneMomentsTerm term = term_of(evidence);
   PlaneState plane(start);
   Eigen::Matrix3d H, H_next;
   Eigen::Vector3d g, g_next;
-  double cost = linearize(evidence, rows, plane, H, g);
+  double cost = linearize(evidence, term, plane, H, g);
   double damping = 1e-9;
   for (int i = 0; i < 20; ++i) {
     Eigen::Matrix3d damped = H;
@@ -83,7 +85,7 @@ Plane nearest_fit(const Evidence& evidence, const Plane& start) {
     const Eigen::Vector3d step = -llt.solve(g);
     if (!step.allFinite() || -g.dot(step) < 1e-6) break;
     const PlaneState next = plane.plus(step);
-    const double next_cost = linearize(evidence, rows, next, H_next, g_next);
+    const double next_cost = linearize(evidence, term, next, H_next, g_next);
     if (next_cost < cost) {
       plane = next;
       cost = next_cost;
@@ -107,7 +109,7 @@ void stiffen(MarginalPrior& prior, const Evidence& evidence, const PlaneState& p
   views_alone.prior = nullptr;
   Eigen::Matrix3d H;
   Eigen::Vector3d g;
-  linearize(views_alone, scatter_root(evidence.moments.scatter()), plane, H, g);
+  linearize(views_alone, term_of(evidence), plane, H, g);
   const Eigen::Matrix3d S_inverse = S.inverse();
   const SymmetricEigen<3> observed =
       symmetric_eigen(Eigen::Matrix3d(S_inverse.transpose() * H * S_inverse));

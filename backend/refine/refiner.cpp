@@ -35,26 +35,6 @@ std::array<std::size_t, kFactorTypes> counts_of(const Graph& graph) {
   return counts;
 }
 
-/// Relative size of a pivot below which a direction counts as unconstrained.
-constexpr double kWeakPivot = 1e-11;
-/// Relative size of a pivot that no damping of a healthy solve can have made.
-constexpr double kCertainPivot = 1e-8;
-
-int rank_deficiency(NormalEquations& equations) {
-  equations.linearize();
-  const Eigen::VectorXd diagonal = equations.diagonal();
-  for (const double damping : {1e-13, 1e-10, 1e-7}) {
-    Eigen::VectorXd added = damping * diagonal;
-    for (Eigen::Index i = 0; i < added.size(); ++i) {
-      if (!(diagonal(i) > 0)) added(i) = 1e-300;  // no factor at all: its pivot is this
-    }
-    if (equations.factorize(added)) {
-      return equations.weak_pivots(std::max(kWeakPivot, 10 * damping));
-    }
-  }
-  return equations.dimension();
-}
-
 /// Of the types that the graph has factors of.
 std::vector<CostChange> costs_of(const Graph& graph, const RobustOutcome& outcome) {
   std::vector<CostChange> costs;
@@ -96,14 +76,10 @@ RefineResult refine(Graph& graph, const RefineOptions& options,
   result.rounds = outcome.rounds;
   result.rejected = outcome.rejected;
   result.costs = costs_of(graph, outcome);
-  NormalEquations& equations = *outcome.equations;
-  // The last system of the solve was damped: where even that had no small pivot there is none.
-  if (equations.dimension() > 0 && equations.weak_pivots(kCertainPivot) > 0) {
-    result.rank_deficiency = rank_deficiency(equations);
-  }
+  result.rank_deficiency = outcome.engine->rank_deficiency();
   for (const KeyframeId id : result.held) graph.at(id).fixed = false;
   graph.marginal_priors = std::move(priors);
-  result.solver = "block Cholesky of the normal equations (CHOLMOD), minimum degree on blocks";
+  result.solver = outcome.engine->description();
   result.solve_s = seconds_since(start);
   return result;
 }

@@ -8,11 +8,12 @@
 
 #include <lamina/backend/graph/graph.hpp>
 #include <lamina/backend/refine/plane_refit.hpp>
-#include <lamina/backend/solver/native/levenberg_marquardt.hpp>
+#include <lamina/backend/solver/engine.hpp>
 
 namespace lamina {
 
 struct RefineOptions {
+  SolverEngine engine = SolverEngine::kNative;
   MinimizerOptions minimizer;
   /// Doubt plane observations and loops: graduated non-convexity. Off: all are believed.
   bool robust = true;

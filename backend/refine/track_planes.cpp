@@ -6,7 +6,6 @@
 #include <vector>
 
 #include <lamina/backend/refine/plane_refit.hpp>
-#include <lamina/backend/solver/native/normal_equations.hpp>
 
 namespace lamina {
 namespace {
@@ -36,7 +35,7 @@ class NamelessPlanes {
 
 }  // namespace
 
-void follow_tracks(Graph& graph, const Tracks& tracks, const MinimizerOptions& options) {
+void follow_tracks(Graph& graph, const Tracks& tracks, const RefineOptions& options) {
   Graph path = graph;
   path.planes.clear();
   path.plane_moments.clear();
@@ -55,11 +54,11 @@ void follow_tracks(Graph& graph, const Tracks& tracks, const MinimizerOptions& o
     path.plane_moments.push_back(factor);
   }
   fit_planes_to_evidence(path);
-  NormalEquations equations(path);
-  MinimizerOptions minimizer = options;
+  const auto engine = make_engine(path, options.engine);
+  MinimizerOptions minimizer = options.minimizer;
   minimizer.initial_damping = std::max(1e-10, minimizer.initial_damping);
-  minimize(equations, minimizer);
-  equations.write(path);
+  engine->minimize(minimizer);
+  engine->write(path);
   graph.keyframes = std::move(path.keyframes);
   graph.extrinsics = std::move(path.extrinsics);
 }

@@ -6,7 +6,7 @@
 
 #include <lamina/backend/graph/graph.hpp>
 #include <lamina/backend/refine/consensus.hpp>
-#include <lamina/backend/solver/native/levenberg_marquardt.hpp>
+#include <lamina/backend/refine/refiner.hpp>
 
 namespace lamina {
 
@@ -14,7 +14,7 @@ namespace lamina {
 /// its views are named. No name is believed, no place met again: drift remains, but what is left of
 /// it is far less than odometry's, and wrong names stand out against it. Moves keyframes and
 /// extrinsics, nothing else.
-void follow_tracks(Graph& graph, const Tracks& tracks, const MinimizerOptions& options);
+void follow_tracks(Graph& graph, const Tracks& tracks, const RefineOptions& options);
 
 /// Factors and planes that a graph has for one solve alone. Rejected views of a track are heard
 /// under the name of the track (names_of_tracks()), and where it has none as views of one nameless

@@ -1,10 +1,8 @@
 // Turns by Gauss-Newton, positions by one linear system.
-#include <lamina/backend/solver/native/rotation_initialization.hpp>
+#include <lamina/backend/solver/rotation_initialization.hpp>
 
 #include <cmath>
 #include <limits>
-
-#include <lamina/backend/solver/native/levenberg_marquardt.hpp>
 
 namespace lamina {
 
@@ -32,12 +30,12 @@ void put_back(const GraphStates& states, Graph& graph) {
   }
 }
 
-RotationInitialization start_from_turns(Graph& graph, NormalEquations& all, double cost,
-                                        double least_turn) {
+RotationInitialization start_from_turns(Graph& graph, BatchEngine& all, SolverEngine engine,
+                                        double cost, double least_turn) {
   RotationInitialization start;
   const GraphStates before = states_of(graph);
   {
-    NormalEquations turns(graph, NormalEquations::Terms::kTurns);
+    const auto turns = make_engine(graph, engine, Parts::kTurns);
     MinimizerOptions options;
     options.max_iterations = 12;
     options.relative_tolerance = 1e-2;  // a start needs no more
@@ -56,14 +54,13 @@ RotationInitialization start_from_turns(Graph& graph, NormalEquations& all, doub
       cost_before = it.cost;
       return start.far && !(it.accepted && wrong < options.relative_tolerance * it.cost);
     };
-    start.iterations = minimize(turns, options, go_on).iterations;
+    start.iterations = turns->minimize(options, go_on).iterations;
     if (!start.far) return start;
-    turns.write(graph);
+    turns->write(graph);
   }
   all.read(graph);
-  all.linearize();
   ++start.iterations;
-  if (let_positions_follow(all, 1e-13, false) && total(all.cost()) < cost) {
+  if (all.let_positions_follow() && total(all.cost()) < cost) {
     all.write(graph);
   } else {
     put_back(before, graph);

@@ -3,8 +3,7 @@
 
 #include <vector>
 
-#include <lamina/backend/graph/graph.hpp>
-#include <lamina/backend/solver/native/normal_equations.hpp>
+#include <lamina/backend/solver/engine.hpp>
 
 namespace lamina {
 
@@ -38,9 +37,9 @@ struct RotationInitialization {
 /// of planes, solved from where they are by Gauss-Newton on the manifold (from nothing, as chordal
 /// relaxation does, the solution fades along the path). With the turns held, positions and
 /// distances are a linear problem: one system, surfels' heights among them. `all`: of the graph as
-/// it is, `cost` its cost; both go on from the start, or are as they were when the cost did not
-/// fall or the first step turned nothing by more than `least_turn` (rad).
-RotationInitialization start_from_turns(Graph& graph, NormalEquations& all, double cost,
-                                        double least_turn = 0);
+/// it is, turns by `engine`, `cost` its cost; both go on from the start, or are as they were when
+/// the cost did not fall or the first step turned nothing by more than `least_turn` (rad).
+RotationInitialization start_from_turns(Graph& graph, BatchEngine& all, SolverEngine engine,
+                                        double cost, double least_turn = 0);
 
 }  // namespace lamina

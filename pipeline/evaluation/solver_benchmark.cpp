@@ -34,9 +34,11 @@ double position_rms(const std::vector<SE3>& poses, const std::vector<SE3>& truth
 }
 
 SolvedBenchmark solve_offline(const PlaneGraph& problem, const std::filesystem::path& output,
-                              const std::function<bool()>& ended) {
+                              SolverEngine engine, const std::function<bool()>& ended) {
+  RefineOptions options;
+  options.engine = engine;
   const PlaneGraphResult result =
-      solve_plane_graph(problem, {}, [&ended](const RefineProgress&) { return !ended(); });
+      solve_plane_graph(problem, options, [&ended](const RefineProgress&) { return !ended(); });
   std::vector<SE3> poses;
   for (const Keyframe& keyframe : result.graph.keyframes) poses.push_back(keyframe.T_map_body);
   write_poses(output, poses);
@@ -63,8 +65,9 @@ SolvedBenchmark solve_offline(const PlaneGraph& problem, const std::filesystem::
 }
 
 SolvedBenchmark solve_online(const PlaneGraph& problem, const std::filesystem::path& output,
-                             int keyframes) {
+                             int keyframes, SolverEngine engine) {
   WindowOptions options;
+  options.engine = engine;
   options.keyframes = keyframes;
   const WindowRun run = run_window_on_plane_graph(problem, options);
   write_poses(output, run.T_map_body);
@@ -89,10 +92,11 @@ SolvedBenchmark solve_online(const PlaneGraph& problem, const std::filesystem::p
 
 SolvedBenchmark solve_benchmark(const std::filesystem::path& file,
                                 const std::filesystem::path& output, std::optional<int> window,
-                                const std::function<bool()>& ended) {
+                                SolverEngine engine, const std::function<bool()>& ended) {
   const PlaneGraph problem = read_plane_graph(file);
   io::make_results_folder(output);
-  return window ? solve_online(problem, output, *window) : solve_offline(problem, output, ended);
+  return window ? solve_online(problem, output, *window, engine)
+                : solve_offline(problem, output, engine, ended);
 }
 
 }  // namespace lamina

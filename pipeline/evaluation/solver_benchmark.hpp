@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include <lamina/backend/solver/engine.hpp>
+
 namespace lamina {
 
 struct SolvedBenchmark {
@@ -19,6 +21,6 @@ struct SolvedBenchmark {
 /// cannot be read or written.
 SolvedBenchmark solve_benchmark(const std::filesystem::path& file,
                                 const std::filesystem::path& output, std::optional<int> window,
-                                const std::function<bool()>& ended);
+                                SolverEngine engine, const std::function<bool()>& ended);
 
 }  // namespace lamina

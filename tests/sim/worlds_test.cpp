@@ -2,9 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <lamina/models/error.hpp>
+#include <lamina/sim/caster.hpp>
 #include <lamina/sim/sim_recording.hpp>
 
 namespace lamina::sim {
@@ -158,6 +160,35 @@ TEST(Worlds, StepsPlatesAndHoleHaveTheirStatedSizes) {
   EXPECT_EQ(hole.scene.hole_edges().size(), 4u);
   EXPECT_NE(hole.scene.find("wall"), nullptr);
   EXPECT_EQ(make_scene("hole_no_wall").scene.find("wall"), nullptr);
+}
+
+TEST(Worlds, AnUnevenFloorCarriesTheBody) {
+  Simulation simulation(make_scene("uneven", {{"camera.enabled", "off"}}), 1);
+  const Caster caster(simulation.world().scene);
+  double highest = 0, steepest = 0, off = 0;
+  for (double time = 0; time < simulation.world().path.duration(); time += 0.5) {
+    const SE3 T = simulation.world().path.at(time);
+    double ground = 0;
+    for (const double x : {-0.2, 0.2}) {
+      for (const double y : {-0.15, 0.15}) {
+        const Eigen::Vector3d wheel = T * Eigen::Vector3d(x, y, 0);
+        const auto down = caster.cast({wheel.x(), wheel.y(), 1}, {0, 0, -1});
+        ASSERT_TRUE(down.has_value());
+        ground += (1 - down->range) / 4;
+      }
+    }
+    off = std::max(off, std::abs(T.translation().z() - ground));
+    highest = std::max(highest, std::abs(T.translation().z()));
+    steepest = std::max(steepest, std::acos(T.so3().matrix()(2, 2)));
+  }
+  EXPECT_LT(off, 5e-4);
+  EXPECT_GT(highest, 0.008);
+  EXPECT_LT(highest, 0.04);
+  EXPECT_GT(steepest, 0.01);
+  const Scene& scene = simulation.world().scene;
+  EXPECT_EQ(std::count_if(scene.planes().begin(), scene.planes().end(),
+                          [](const ScenePlane& p) { return p.label == PlaneLabel::kFloor; }),
+            1);
 }
 
 TEST(Worlds, BothSidesOfTheRoofAreSeen) {

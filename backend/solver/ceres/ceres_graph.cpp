@@ -1,7 +1,10 @@
-// Parameter blocks, residual blocks, elimination groups.
-#include <lamina/backend/solver/ceres/ceres_engine.hpp>
+// Parameter blocks and residual blocks.
+#include <lamina/backend/solver/ceres/ceres_graph.hpp>
 
 #include <ceres/ceres.h>
+
+#include <array>
+#include <utility>
 
 #include <lamina/backend/graph/factors/gravity.hpp>
 #include <lamina/backend/graph/factors/odometry.hpp>
@@ -10,6 +13,7 @@
 #include <lamina/backend/graph/factors/segment.hpp>
 #include <lamina/backend/graph/factors/surfel_moments.hpp>
 #include <lamina/backend/graph/factors/surfel_parent.hpp>
+#include <lamina/backend/graph/turns.hpp>
 #include <lamina/backend/solver/ceres/costs.hpp>
 #include <lamina/backend/solver/ceres/manifolds.hpp>
 
@@ -24,18 +28,18 @@ std::size_t index_in(const StateVector& states, const State& state) {
   return static_cast<std::size_t>(&state - states.data());
 }
 
-/// Stops on the absolute change of chi-squared, which Ceres' relative rule cannot say.
-class AbsoluteStop final : public ceres::IterationCallback {
+/// A factor's weight, where it may change.
+class Weighted final : public ceres::LossFunction {
  public:
-  explicit AbsoluteStop(double chi2_tolerance) : half_tolerance_(0.5 * chi2_tolerance) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    const bool small = summary.iteration > 0 && summary.step_is_successful &&
-                       summary.cost_change >= 0 && summary.cost_change < half_tolerance_;
-    return small ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  explicit Weighted(const double& weight) : weight_(&weight) {}
+  void Evaluate(double chi2, double* rho) const override {
+    rho[0] = *weight_ * chi2;
+    rho[1] = *weight_;
+    rho[2] = 0;
   }
 
  private:
-  double half_tolerance_;
+  const double* weight_;
 };
 
 }  // namespace
@@ -44,11 +48,19 @@ struct CeresGraph::Impl {
   std::vector<Block<PoseState>> poses;
   std::vector<Block<PlaneState>> planes;
   std::vector<Block<FlatState>> surfels, extrinsics;
-  PoseManifold pose_manifold;
-  PlaneManifold plane_manifold;
+  StateManifolds manifolds;
+  bool turns_only;
+  RobustWeights weights;  ///< of the graph's doubtful factors; 0: not taken in
+  std::array<std::vector<ceres::ResidualBlockId>, kFactorTypes> residuals;
   std::unique_ptr<ceres::Problem> problem;
 
-  explicit Impl(const Graph& graph);
+  Impl(const Graph& graph, Parts parts);
+  template <class... Blocks>
+  void add(FactorType type, ceres::CostFunction* cost, ceres::LossFunction* loss,
+           Blocks... blocks) {
+    residuals[static_cast<std::size_t>(type)].push_back(
+        problem->AddResidualBlock(cost, loss, blocks...));
+  }
   void add_blocks(const Graph& graph);
   void add_pose_factors(const Graph& graph);
   void add_plane_factors(const Graph& graph);
@@ -62,14 +74,14 @@ struct CeresGraph::Impl {
   }
 };
 
-CeresGraph::Impl::Impl(const Graph& graph) {
+CeresGraph::Impl::Impl(const Graph& graph, Parts parts) : turns_only(parts == Parts::kTurns) {
   ceres::Problem::Options options;
   options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
   problem = std::make_unique<ceres::Problem>(options);
   add_blocks(graph);
   add_pose_factors(graph);
   add_plane_factors(graph);
-  add_surfel_factors(graph);
+  if (!turns_only) add_surfel_factors(graph);
 }
 
 void CeresGraph::Impl::add_blocks(const Graph& graph) {
@@ -77,86 +89,99 @@ void CeresGraph::Impl::add_blocks(const Graph& graph) {
   planes.resize(graph.planes.size());
   surfels.resize(graph.surfels.size());
   extrinsics.resize(graph.extrinsics.size());
-  const auto add = [this](auto& block, ceres::Manifold* manifold, bool held) {
+  const auto add_block = [this](auto& block, ceres::Manifold* manifold, bool held) {
     problem->AddParameterBlock(block.data(), static_cast<int>(block.size()), manifold);
     if (held) problem->SetParameterBlockConstant(block.data());
   };
+  StateManifolds& m = manifolds;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     PoseState(graph.keyframes[i].T_map_body).write(poses[i].data());
-    add(poses[i], &pose_manifold, graph.keyframes[i].fixed);
+    add_block(poses[i], turns_only ? &m.pose_turn : static_cast<ceres::Manifold*>(&m.pose),
+              graph.keyframes[i].fixed);
   }
   for (std::size_t i = 0; i < planes.size(); ++i) {
     PlaneState(graph.planes[i].plane_anchor).write(planes[i].data());
-    add(planes[i], &plane_manifold, graph.planes[i].fixed || !graph.planes[i].active);
+    add_block(planes[i], turns_only ? &m.plane_turn : static_cast<ceres::Manifold*>(&m.plane),
+              graph.planes[i].fixed || !graph.planes[i].active);
   }
   for (std::size_t i = 0; i < surfels.size(); ++i) {
     FlatState(graph.surfels[i].state).write(surfels[i].data());
-    add(surfels[i], nullptr, false);
+    add_block(surfels[i], nullptr, turns_only);
   }
   for (std::size_t i = 0; i < extrinsics.size(); ++i) {
     FlatState(graph.extrinsics[i].state).write(extrinsics[i].data());
-    add(extrinsics[i], nullptr, !graph.extrinsics[i].estimate);
+    add_block(extrinsics[i], turns_only ? &m.extrinsics_turn : nullptr,
+              !graph.extrinsics[i].estimate);
     if (graph.extrinsics[i].estimate) {
-      problem->AddResidualBlock(make_cost(ExtrinsicsPriorTerm(graph.extrinsics[i])), nullptr,
-                                extrinsics[i].data());
+      add(FactorType::kPrior, make_cost(ExtrinsicsPriorTerm(graph.extrinsics[i])), nullptr,
+          extrinsics[i].data());
     }
   }
 }
 
-namespace {
-ceres::LossFunction* weighted(double weight) {
-  if (weight == 1.0) return nullptr;
-  return new ceres::ScaledLoss(nullptr, weight, ceres::TAKE_OWNERSHIP);
-}
-}  // namespace
-
 void CeresGraph::Impl::add_pose_factors(const Graph& g) {
+  const auto observed = [this](auto factor, int positions) {
+    return turns_only ? without_positions(std::move(factor), positions) : factor;
+  };
   for (const auto& f : g.odometry) {
-    problem->AddResidualBlock(make_cost(OdometryTerm(f)), nullptr, pose(g, f.from), pose(g, f.to));
+    add(FactorType::kOdometry, make_cost(OdometryTerm(observed(f, 3))), nullptr, pose(g, f.from),
+        pose(g, f.to));
   }
   for (const auto& f : g.planar_odometry) {
-    problem->AddResidualBlock(make_cost(PlanarOdometryTerm(f)), nullptr, pose(g, f.from),
-                              pose(g, f.to));
+    add(FactorType::kPlanarOdometry, make_cost(PlanarOdometryTerm(observed(f, 2))), nullptr,
+        pose(g, f.from), pose(g, f.to));
   }
-  for (const auto& f : g.loops) {
+  weights.loops.assign(g.loops.size(), 0);
+  for (std::size_t i = 0; i < g.loops.size(); ++i) {
+    const LoopFactor& f = g.loops[i];
     if (!(f.weight > 0)) continue;
-    problem->AddResidualBlock(make_cost(OdometryTerm(f)), weighted(f.weight), pose(g, f.from),
-                              pose(g, f.to));
+    weights.loops[i] = f.weight;
+    add(FactorType::kLoop, make_cost(OdometryTerm(observed(f, 3))), new Weighted(weights.loops[i]),
+        pose(g, f.from), pose(g, f.to));
   }
   for (const auto& f : g.priors) {
-    problem->AddResidualBlock(make_cost(PriorTerm(f)), nullptr, pose(g, f.keyframe));
+    add(FactorType::kPrior, make_cost(PriorTerm(observed(f, 3))), nullptr, pose(g, f.keyframe));
   }
   for (const auto& f : g.gravity) {
-    problem->AddResidualBlock(make_cost(GravityTerm(f)), nullptr, pose(g, f.keyframe));
+    add(FactorType::kGravity, make_cost(GravityTerm(f)), nullptr, pose(g, f.keyframe));
   }
   for (const auto& f : g.marginal_priors) {
     std::vector<double*> blocks;
     for (const auto id : f.keyframes) blocks.push_back(pose(g, id));
     for (const auto id : f.planes) blocks.push_back(plane(g, id));
     for (const auto id : f.surfels) blocks.push_back(surfel(g, id));
-    problem->AddResidualBlock(make_cost(f), nullptr, blocks);
+    add(FactorType::kMarginalPrior, make_cost(f), nullptr, blocks);
   }
 }
 
 void CeresGraph::Impl::add_plane_factors(const Graph& g) {
-  for (const auto& f : g.plane_moments) {
+  weights.plane_moments.assign(g.plane_moments.size(), 0);
+  for (std::size_t i = 0; i < g.plane_moments.size(); ++i) {
+    const PlaneMomentsFactor& f = g.plane_moments[i];
     if (!(f.weight > 0)) continue;
+    weights.plane_moments[i] = f.weight;
+    ceres::LossFunction* loss = new Weighted(weights.plane_moments[i]);
+    const Moments moments = turns_only ? without_positions(f.moments_body) : f.moments_body;
     const Eigen::Vector3d& anchor = g.at(f.plane).anchor_map;
     if (f.extrinsics == ExtrinsicsId::kNone) {
-      problem->AddResidualBlock(make_cost(PlaneMomentsTerm(f.moments_body, anchor)),
-                                weighted(f.weight), pose(g, f.keyframe), plane(g, f.plane));
+      add(FactorType::kPlaneMoments, make_cost(PlaneMomentsTerm(moments, anchor)), loss,
+          pose(g, f.keyframe), plane(g, f.plane));
       continue;
     }
     const Extrinsics& sensor = g.at(f.extrinsics);
-    problem->AddResidualBlock(make_cost(PlaneMomentsExtrinsicsTerm(
-                                  f.moments_body, anchor, sensor.T_body_sensor.translation())),
-                              weighted(f.weight), pose(g, f.keyframe), plane(g, f.plane),
-                              extrinsics[index_in(g.extrinsics, sensor)].data());
+    add(FactorType::kPlaneMoments,
+        make_cost(PlaneMomentsExtrinsicsTerm(moments, anchor, sensor.T_body_sensor.translation())),
+        loss, pose(g, f.keyframe), plane(g, f.plane),
+        extrinsics[index_in(g.extrinsics, sensor)].data());
   }
-  for (const auto& f : g.segments) {
+  weights.segments.assign(g.segments.size(), 0);
+  for (std::size_t i = 0; i < g.segments.size(); ++i) {
+    SegmentFactor f = g.segments[i];
     if (!(f.weight > 0)) continue;
-    problem->AddResidualBlock(make_cost(SegmentTerm(f, g.at(f.plane).anchor_map)),
-                              weighted(f.weight), pose(g, f.keyframe), plane(g, f.plane));
+    weights.segments[i] = f.weight;
+    if (turns_only) f.sqrt_information.col(1).setZero();
+    add(FactorType::kSegment, make_cost(SegmentTerm(f, g.at(f.plane).anchor_map)),
+        new Weighted(weights.segments[i]), pose(g, f.keyframe), plane(g, f.plane));
   }
 }
 
@@ -164,93 +189,100 @@ void CeresGraph::Impl::add_surfel_factors(const Graph& g) {
   for (const auto& f : g.surfel_moments) {
     const SurfelLandmark& s = g.at(f.surfel);
     if (f.keyframe == s.anchor) {
-      problem->AddResidualBlock(make_cost(SurfelMomentsOwnTerm(f.moments_body, s.T_body_cell)),
-                                nullptr, surfel(g, f.surfel));
+      add(FactorType::kSurfelMoments,
+          make_cost(SurfelMomentsOwnTerm(f.moments_body, s.T_body_cell)), nullptr,
+          surfel(g, f.surfel));
       continue;
     }
-    problem->AddResidualBlock(make_cost(SurfelMomentsTerm(f.moments_body, s.T_body_cell)), nullptr,
-                              pose(g, f.keyframe), pose(g, s.anchor), surfel(g, f.surfel));
+    add(FactorType::kSurfelMoments, make_cost(SurfelMomentsTerm(f.moments_body, s.T_body_cell)),
+        nullptr, pose(g, f.keyframe), pose(g, s.anchor), surfel(g, f.surfel));
   }
   for (const auto& f : g.surfel_parents) {
     const SurfelLandmark& s = g.at(f.surfel);
-    problem->AddResidualBlock(
+    add(FactorType::kSurfelParent,
         make_cost(SurfelParentTerm(f, s.T_body_cell, g.at(f.plane).anchor_map)),
         new ceres::CauchyLoss(kSurfelParentScale), pose(g, s.anchor), plane(g, f.plane),
         surfel(g, f.surfel));
   }
 }
 
-SolverChoice choose_solver(const Graph& graph) {
-  SolverChoice choice;
-  const std::size_t poses = graph.keyframes.size();
-  const std::size_t small = std::max(graph.planes.size(), graph.surfels.size());
-  if (poses <= 100 && small >= 2 * poses && small > 0) {
-    choice.kind = SolverChoice::Kind::kSchur;
-    choice.eliminate_surfels = graph.surfels.size() >= graph.planes.size();
-    choice.why = "few poses, many landmarks: landmarks eliminated first";
-  } else {
-    choice.why = "a chain of poses: normal equations, minimum degree";
-  }
-  return choice;
-}
-
-CeresGraph::CeresGraph(const Graph& graph) : impl_(std::make_unique<Impl>(graph)) {}
+CeresGraph::CeresGraph(const Graph& graph, Parts parts)
+    : impl_(std::make_unique<Impl>(graph, parts)) {}
 CeresGraph::~CeresGraph() = default;
 ceres::Problem& CeresGraph::problem() { return *impl_->problem; }
 
-namespace {
-
-// Nothing but AbsoluteStop ends a solve early.
-ceres::Solver::Options solver_options(const MinimizerOptions& options) {
-  ceres::Solver::Options ceres_options;
-  ceres_options.num_threads = 1;
-  ceres_options.logging_type = ceres::SILENT;
-  ceres_options.max_num_iterations = options.max_iterations;
-  ceres_options.initial_trust_region_radius = 1e8;
-  ceres_options.max_trust_region_radius = 1e16;
-  ceres_options.function_tolerance = 0;
-  ceres_options.gradient_tolerance = 0;
-  ceres_options.parameter_tolerance = 0;
-  ceres_options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
-  ceres_options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  return ceres_options;
+double* CeresGraph::pose(std::size_t keyframe) { return impl_->poses[keyframe].data(); }
+double* CeresGraph::plane(std::size_t plane) { return impl_->planes[plane].data(); }
+double* CeresGraph::surfel(std::size_t surfel) { return impl_->surfels[surfel].data(); }
+double* CeresGraph::extrinsics(std::size_t sensor) { return impl_->extrinsics[sensor].data(); }
+SizesOfGraph CeresGraph::sizes() const {
+  return {impl_->poses.size(), impl_->planes.size(), impl_->surfels.size(),
+          impl_->extrinsics.size()};
 }
 
-}  // namespace
+int CeresGraph::dimension() const {
+  std::vector<double*> blocks;
+  impl_->problem->GetParameterBlocks(&blocks);
+  int columns = 0;
+  for (const double* block : blocks) {
+    if (!impl_->problem->IsParameterBlockConstant(block)) {
+      columns += impl_->problem->ParameterBlockTangentSize(block);
+    }
+  }
+  return columns;
+}
 
-MinimizerResult CeresGraph::solve(const MinimizerOptions& options, const SolverChoice& choice) {
-  MinimizerResult result;
-  if (impl_->problem->NumResidualBlocks() == 0) return result;
-  ceres::Solver::Options ceres_options = solver_options(options);
-  if (choice.kind == SolverChoice::Kind::kSchur) {
-    ceres_options.linear_solver_type = ceres::SPARSE_SCHUR;
-    auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-    const auto add = [&](auto& blocks, int group) {
-      for (auto& block : blocks) ordering->AddElementToGroup(block.data(), group);
-    };
-    add(impl_->surfels, choice.eliminate_surfels ? 0 : 1);
-    add(impl_->planes, choice.eliminate_surfels ? 1 : 0);
-    add(impl_->poses, 1);
-    add(impl_->extrinsics, 1);
-    ceres_options.linear_solver_ordering = ordering;
+CostByType CeresGraph::cost() const {
+  CostByType cost{};
+  for (std::size_t t = 0; t < cost.size(); ++t) {
+    if (impl_->residuals[t].empty()) continue;
+    ceres::Problem::EvaluateOptions options;
+    options.residual_blocks = impl_->residuals[t];
+    double half = 0;
+    impl_->problem->Evaluate(options, &half, nullptr, nullptr, nullptr);
+    cost[t] = 2 * half;
   }
-  AbsoluteStop stop(options.chi2_tolerance);
-  ceres_options.callbacks.push_back(&stop);
-  ceres::Solver::Summary summary;
-  ceres::Solve(ceres_options, impl_->problem.get(), &summary);
-  result.iterations = static_cast<int>(summary.iterations.size()) - 1;
-  switch (summary.termination_type) {
-    case ceres::CONVERGENCE:
-    case ceres::USER_SUCCESS:
-      result.status = SolveStatus::kConverged;
-      break;
-    case ceres::NO_CONVERGENCE:
-      result.status = SolveStatus::kMaxIterations;
-      break;
-    default:
-      result.status = SolveStatus::kStalled;
+  return cost;
+}
+
+void CeresGraph::set_weights(const RobustWeights& weights) {
+  const auto set = [](const std::vector<double>& from, std::vector<double>& to) {
+    for (std::size_t i = 0; i < to.size(); ++i) to[i] = from[i];
+  };
+  set(weights.plane_moments, impl_->weights.plane_moments);
+  set(weights.segments, impl_->weights.segments);
+  set(weights.loops, impl_->weights.loops);
+}
+
+void CeresGraph::hold_turns(bool held) {
+  StateManifolds& m = impl_->manifolds;
+  ceres::Problem& problem = *impl_->problem;
+  for (auto& pose : impl_->poses) {
+    problem.SetManifold(pose.data(),
+                        held ? &m.pose_position : static_cast<ceres::Manifold*>(&m.pose));
   }
-  return result;
+  for (auto& plane : impl_->planes) {
+    problem.SetManifold(plane.data(),
+                        held ? &m.plane_distance : static_cast<ceres::Manifold*>(&m.plane));
+  }
+  for (auto& sensor : impl_->extrinsics) {
+    problem.SetManifold(sensor.data(), held ? &m.extrinsics_height : nullptr);
+  }
+}
+
+void CeresGraph::read(const Graph& graph) {
+  for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
+    PoseState(graph.keyframes[i].T_map_body).write(impl_->poses[i].data());
+  }
+  for (std::size_t i = 0; i < graph.planes.size(); ++i) {
+    PlaneState(graph.planes[i].plane_anchor).write(impl_->planes[i].data());
+  }
+  for (std::size_t i = 0; i < graph.surfels.size(); ++i) {
+    FlatState(graph.surfels[i].state).write(impl_->surfels[i].data());
+  }
+  for (std::size_t i = 0; i < graph.extrinsics.size(); ++i) {
+    FlatState(graph.extrinsics[i].state).write(impl_->extrinsics[i].data());
+  }
 }
 
 void CeresGraph::write(Graph& graph) const {

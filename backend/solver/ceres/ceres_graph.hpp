@@ -1,11 +1,9 @@
-// The graph as a ceres::Problem: the portable twin of NormalEquations, and what other tools build
-// on.
+// A graph as a ceres::Problem: what the Ceres engine solves, and what a user builds on.
 #pragma once
 
 #include <memory>
-#include <string>
 
-#include <lamina/backend/solver/native/levenberg_marquardt.hpp>
+#include <lamina/backend/solver/engine.hpp>
 
 namespace ceres {
 class Problem;
@@ -13,32 +11,39 @@ class Problem;
 
 namespace lamina {
 
-/// How a graph's linear systems are solved, and why.
-struct SolverChoice {
-  enum class Kind {
-    kNormalCholesky,  ///< SPARSE_NORMAL_CHOLESKY, SuiteSparse: long chains of poses
-    kSchur            ///< SPARSE_SCHUR, SuiteSparse: few poses that see many planes or surfels each
-  };
-  Kind kind = Kind::kNormalCholesky;
-  bool eliminate_surfels = false;  ///< kSchur: the first group is surfels, else planes
-  std::string why;
+/// How many states of each kind a graph has.
+struct SizesOfGraph {
+  std::size_t keyframes = 0, planes = 0, surfels = 0, extrinsics = 0;
 };
-/// By shape: measured on chains, eliminating planes is 15-20 times slower; on dense batches it is
-/// 60 times faster.
-SolverChoice choose_solver(const Graph& graph);
 
-/// Owns the parameter blocks and the problem. Held states are constant blocks; factors carry their
-/// weight; surfel parents a Cauchy kernel.
+/// Owns the parameter blocks and the problem, which may be given more blocks and residuals. Blocks
+/// (backend/graph/states.hpp): pose 7 (translation, quaternion x y z w), plane 4 (normal, rho about
+/// its anchor), surfel and extrinsics 3. Held states are constant blocks; doubtful factors carry
+/// their weight as a loss, surfel parents a Cauchy kernel. Of Parts::kTurns: factors and manifolds
+/// of what turns alone.
 class CeresGraph {
  public:
-  explicit CeresGraph(const Graph& graph);
+  explicit CeresGraph(const Graph& graph, Parts parts = Parts::kAll);
   ~CeresGraph();
   CeresGraph(const CeresGraph&) = delete;
   CeresGraph& operator=(const CeresGraph&) = delete;
 
   ceres::Problem& problem();
-  /// Solves with one thread, the trust region and stopping rule of `options`.
-  MinimizerResult solve(const MinimizerOptions& options, const SolverChoice& choice);
+  /// The block of a state by its place in the graph's vector.
+  double* pose(std::size_t keyframe);
+  double* plane(std::size_t plane);
+  double* surfel(std::size_t surfel);
+  double* extrinsics(std::size_t sensor);
+  SizesOfGraph sizes() const;
+
+  /// Tangent numbers of the blocks that are not constant.
+  int dimension() const;
+  CostByType cost() const;
+  /// Factors of weight 0 at the beginning are not in the problem, and stay out.
+  void set_weights(const RobustWeights& weights);
+  /// Positions and distances alone move, or all again.
+  void hold_turns(bool held);
+  void read(const Graph& graph);
   void write(Graph& graph) const;
 
  private:

@@ -1,8 +1,4 @@
 // Terms as Ceres cost functions.
-//
-// Terms give Jacobians to the tangents; Ceres wants them to the ambient numbers and multiplies by
-// the manifold's PlusJacobian. J_tangent * MinusJacobian is handed over: times PlusJacobian that is
-// J_tangent again, as MinusJacobian * PlusJacobian is the identity.
 #include <lamina/backend/solver/ceres/costs.hpp>
 
 #include <ceres/sized_cost_function.h>
@@ -17,39 +13,10 @@
 #include <lamina/backend/graph/factors/segment.hpp>
 #include <lamina/backend/graph/factors/surfel_moments.hpp>
 #include <lamina/backend/graph/factors/surfel_parent.hpp>
-#include <lamina/backend/solver/ceres/manifolds.hpp>
+#include <lamina/backend/solver/ceres/lift.hpp>
 
 namespace lamina {
 namespace {
-
-template <int Rows, int Cols>
-using RowMajor = Eigen::Matrix<double, Rows, Cols, Cols == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
-
-Eigen::Matrix<double, 6, 7, Eigen::RowMajor> minus_jacobian(const PoseState&, const double* x) {
-  Eigen::Matrix<double, 6, 7, Eigen::RowMajor> J;
-  PoseManifold().MinusJacobian(x, J.data());
-  return J;
-}
-Eigen::Matrix<double, 3, 4, Eigen::RowMajor> minus_jacobian(const PlaneState& plane,
-                                                            const double*) {
-  Eigen::Matrix<double, 3, 4, Eigen::RowMajor> J;
-  J.setZero();
-  J.topLeftCorner<2, 3>() = plane.B.transpose();
-  J(2, 3) = 1;
-  return J;
-}
-
-template <class State, class Derived>
-void lift(const State& state, const double* x, const Eigen::MatrixBase<Derived>& J_tangent,
-          double* out) {
-  Eigen::Map<RowMajor<Derived::RowsAtCompileTime, State::kAmbient>> J(out, J_tangent.rows(),
-                                                                      State::kAmbient);
-  if constexpr (State::kAmbient == State::kTangent) {
-    J = J_tangent;
-  } else {
-    J.noalias() = J_tangent * minus_jacobian(state, x);
-  }
-}
 
 template <class Term, class... States>
 class TermCost final : public ceres::SizedCostFunction<Term::kResiduals, States::kAmbient...> {

@@ -75,4 +75,33 @@ bool PlaneManifold::MinusJacobian(const double* x, double* jacobian) const {
   return true;
 }
 
+bool SubManifold::Plus(const double* x, const double* delta, double* x_plus_delta) const {
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(full_.TangentSize());
+  all.segment(first_, count_) = Eigen::Map<const Eigen::VectorXd>(delta, count_);
+  return full_.Plus(x, all.data(), x_plus_delta);
+}
+
+bool SubManifold::PlusJacobian(const double* x, double* jacobian) const {
+  RowMajorMap<Eigen::Dynamic, Eigen::Dynamic>::PlainObject all(AmbientSize(), full_.TangentSize());
+  if (!full_.PlusJacobian(x, all.data())) return false;
+  RowMajorMap<Eigen::Dynamic, Eigen::Dynamic>(jacobian, AmbientSize(), count_) =
+      all.middleCols(first_, count_);
+  return true;
+}
+
+bool SubManifold::Minus(const double* y, const double* x, double* y_minus_x) const {
+  Eigen::VectorXd all(full_.TangentSize());
+  if (!full_.Minus(y, x, all.data())) return false;
+  Eigen::Map<Eigen::VectorXd>(y_minus_x, count_) = all.segment(first_, count_);
+  return true;
+}
+
+bool SubManifold::MinusJacobian(const double* x, double* jacobian) const {
+  RowMajorMap<Eigen::Dynamic, Eigen::Dynamic>::PlainObject all(full_.TangentSize(), AmbientSize());
+  if (!full_.MinusJacobian(x, all.data())) return false;
+  RowMajorMap<Eigen::Dynamic, Eigen::Dynamic>(jacobian, count_, AmbientSize()) =
+      all.middleRows(first_, count_);
+  return true;
+}
+
 }  // namespace lamina

@@ -28,4 +28,35 @@ class PlaneManifold final : public ceres::Manifold {
   bool MinusJacobian(const double* x, double* jacobian) const override;
 };
 
+/// Some of a manifold's directions; the others stay where they are. `full` must outlive it.
+class SubManifold final : public ceres::Manifold {
+ public:
+  SubManifold(const ceres::Manifold& full, int first, int count)
+      : full_(full), first_(first), count_(count) {}
+  int AmbientSize() const override { return full_.AmbientSize(); }
+  int TangentSize() const override { return count_; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override;
+  bool PlusJacobian(const double* x, double* jacobian) const override;
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override;
+  bool MinusJacobian(const double* x, double* jacobian) const override;
+
+ private:
+  const ceres::Manifold& full_;
+  int first_, count_;
+};
+
+/// Those of a graph's states: as a whole, what turns them, and the rest. Not copied: parts refer to
+/// the whole.
+struct StateManifolds {
+  PoseManifold pose;
+  PlaneManifold plane;
+  ceres::EuclideanManifold<3> flat;
+  SubManifold pose_turn{pose, 3, 3}, plane_turn{plane, 0, 2}, extrinsics_turn{flat, 0, 2};
+  SubManifold pose_position{pose, 0, 3}, plane_distance{plane, 2, 1}, extrinsics_height{flat, 2, 1};
+
+  StateManifolds() = default;
+  StateManifolds(const StateManifolds&) = delete;
+  StateManifolds& operator=(const StateManifolds&) = delete;
+};
+
 }  // namespace lamina

@@ -5,18 +5,6 @@
 
 namespace lamina {
 
-const char* to_string(SolveStatus status) {
-  constexpr const char* kNames[] = {"converged", "max_iterations",   "stalled",
-                                    "cancelled", "nothing_to_solve", "invalid_input"};
-  return kNames[static_cast<int>(status)];
-}
-
-double total(const CostByType& cost) {
-  double sum = 0;
-  for (const double c : cost) sum += c;
-  return sum;
-}
-
 namespace {
 
 /// Diagonal that damping is relative to: never zero, so that a state without factors stays put.
@@ -121,8 +109,7 @@ bool DampedDescent::take(const Eigen::VectorXd& step, bool follow, Iteration& re
 }  // namespace
 
 MinimizerResult minimize(NormalEquations& equations, const MinimizerOptions& options,
-                         const std::function<bool(const Iteration&)>& progress,
-                         const LongPath& path) {
+                         const IterationCallback& progress, const LongPath& path) {
   MinimizerResult result;
   DampedDescent descent{equations, options, equations.linearize(), {}, Damping(options)};
   result.initial_cost = result.final_cost = descent.cost;

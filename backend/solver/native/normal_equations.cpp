@@ -5,8 +5,8 @@ namespace lamina {
 
 using namespace detail;
 
-NormalEquations::NormalEquations(const Graph& graph, Terms terms)
-    : impl_(std::make_unique<Impl>(graph, terms)) {}
+NormalEquations::NormalEquations(const Graph& graph, Parts parts)
+    : impl_(std::make_unique<Impl>(graph, parts)) {}
 NormalEquations::~NormalEquations() = default;
 
 int NormalEquations::dimension() const { return impl_->matrix->dimension(); }
@@ -46,33 +46,6 @@ RobustWeights NormalEquations::chi_squared() const {
   put(impl_->segments, impl_->segment_factor, all.segments);
   put(impl_->moments, impl_->moments_factor, all.plane_moments);
   put(impl_->moments_extrinsics, impl_->moments_extrinsics_factor, all.plane_moments);
-  return all;
-}
-
-RobustWeights chi_squared_of(const Graph& graph) {
-  RobustWeights all;
-  const auto pose = [&](KeyframeId id) { return PoseState(graph.at(id).T_map_body); };
-  for (const LoopFactor& f : graph.loops) {
-    Vector6d r;
-    OdometryTerm(f).evaluate(pose(f.from), pose(f.to), r, nullptr);
-    all.loops.push_back(r.squaredNorm());
-  }
-  for (const SegmentFactor& f : graph.segments) {
-    const PlaneLandmark& plane = graph.at(f.plane);
-    Eigen::Vector2d r;
-    SegmentTerm(f, plane.anchor_map)
-        .evaluate(pose(f.keyframe), PlaneState(plane.plane_anchor), r, nullptr);
-    all.segments.push_back(r.squaredNorm());
-  }
-  for (const PlaneMomentsFactor& f : graph.plane_moments) {
-    const PlaneLandmark& plane = graph.at(f.plane);
-    const SE3& T = graph.at(f.keyframe).T_map_body;
-    SE3 T_anchor_body(T.so3(), T.translation() - plane.anchor_map);
-    if (f.extrinsics != ExtrinsicsId::kNone) {
-      T_anchor_body = T_anchor_body * extrinsics_correction(graph.at(f.extrinsics));
-    }
-    all.plane_moments.push_back(f.moments_body.cost(T_anchor_body.inverse() * plane.plane_anchor));
-  }
   return all;
 }
 

@@ -2,36 +2,20 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <memory>
 #include <utility>
 #include <vector>
 
-#include <lamina/backend/graph/graph.hpp>
+#include <lamina/backend/solver/engine.hpp>
 
 namespace lamina {
-
-/// One number for each factor that may be doubted, in the graph's order: a weight, or chi-squared.
-struct RobustWeights {
-  std::vector<double> plane_moments, segments, loops;
-};
-
-/// Chi-squared of every doubtful factor at the graph's states, its weight left aside.
-RobustWeights chi_squared_of(const Graph& graph);
-
-/// sum of weighted squared residuals by FactorType.
-using CostByType = std::array<double, kFactorTypes>;
 
 /// Owns copies of the states and the factors' constants; the Graph is read once and written once.
 /// Variables that no solver moves (fixed keyframes and planes, inactive planes) have no columns;
 /// factors of weight 0 are left out, so that wrong ones cost no fill.
 class NormalEquations {
  public:
-  /// Which residuals are taken in. kTurns: those of directions alone (rotations between keyframes,
-  /// tilts of planes), which do not ask where anything is; then only what turns is a variable, and
-  /// surfels are left out.
-  enum class Terms { kAll, kTurns };
-  explicit NormalEquations(const Graph& graph, Terms terms = Terms::kAll);
+  explicit NormalEquations(const Graph& graph, Parts parts = Parts::kAll);
   ~NormalEquations();
   NormalEquations(const NormalEquations&) = delete;
   NormalEquations& operator=(const NormalEquations&) = delete;

@@ -63,7 +63,7 @@ struct NormalEquations::Impl {
   std::vector<Eigen::Vector4d> middles;
   std::vector<bool> anchor_is_fixed;  ///< held, or a marginal prior over several states has it
 
-  Impl(const Graph& graph, Terms terms);
+  Impl(const Graph& graph, Parts parts);
   void make_states(const Graph& graph);
   void make_pose_terms(const Graph& graph);
   void make_plane_terms(const Graph& graph);

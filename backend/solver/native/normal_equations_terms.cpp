@@ -1,12 +1,13 @@
 // The graph taken apart into states and terms, and the terms scattered into the matrix.
+#include <lamina/backend/graph/turns.hpp>
 #include <lamina/backend/solver/native/normal_equations_impl.hpp>
 
 namespace lamina {
 
 using namespace detail;
 
-NormalEquations::Impl::Impl(const Graph& graph, Terms terms) {
-  states.turns_only = terms == Terms::kTurns;
+NormalEquations::Impl::Impl(const Graph& graph, Parts parts) {
+  states.turns_only = parts == Parts::kTurns;
   make_states(graph);
   make_pose_terms(graph);
   make_plane_terms(graph);
@@ -62,8 +63,7 @@ int index_in(const StateVector& states, const State& state) {
 void NormalEquations::Impl::make_pose_terms(const Graph& graph) {
   const auto pose = [&](KeyframeId id) { return index_in(graph.keyframes, graph.at(id)); };
   const auto observed = [this](auto factor, int positions) {
-    if (states.turns_only) factor.sqrt_information.leftCols(positions).setZero();
-    return factor;
+    return states.turns_only ? without_positions(std::move(factor), positions) : factor;
   };
   for (const auto& f : graph.odometry) {
     odometry.add(OdometryTerm(observed(f, 3)), {pose(f.from), pose(f.to)});
@@ -90,7 +90,7 @@ void NormalEquations::Impl::make_pose_terms(const Graph& graph) {
 
 void NormalEquations::Impl::make_plane_terms(const Graph& graph) {
   const auto observed = [this](const Moments& m) {
-    return states.turns_only ? Moments(0, m.mean(), m.scatter(), m.count()) : m;
+    return states.turns_only ? without_positions(m) : m;
   };
   moments_count = graph.plane_moments.size();
   for (std::size_t i = 0; i < moments_count; ++i) {

@@ -6,53 +6,16 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
-#include <lamina/backend/graph/graph.hpp>
 #include <lamina/backend/solver/window/dormant_states.hpp>
 #include <lamina/backend/solver/window/marginalization.hpp>
-#include <lamina/backend/solver/window/window_system.hpp>
+#include <lamina/backend/solver/window/window_engine.hpp>
 
 namespace lamina {
-
-struct WindowOptions {
-  /// Keyframes kept as variables. More smooth longer, at a cost that grows linearly.
-  int keyframes = 20;
-  /// Time kept, s; 0: by number alone. At least three keyframes stay.
-  double seconds = 0;
-  /// A plane not seen by any keyframe of the window stays a variable for so many keyframes more:
-  /// short occlusions must not cost what is known of it.
-  int idle_keyframes = 20;
-  /// Planes kept as variables at most; the longest unseen leave first. Bounds the time of a step.
-  int max_planes = 80;
-  /// Planes that left and are still known together with what stays, at most; the longest away are
-  /// forgotten first. They cost their number squared at a keyframe, nothing at a step.
-  int planes_behind = 80;
-  int iterations = 3;  ///< Gauss-Newton steps at most per solve()
-  /// Stop when the next step would lower chi-squared by less than this. A tenth of a unit is a
-  /// third of a sigma in one direction.
-  double stop_chi_squared = 0.02;
-  /// Huber's bound on the chi-squared of one plane observation (3 degrees of freedom at 99.9 %).
-  double robust_chi_squared = 16.3;
-  /// A plane that comes back after it was forgotten is tied to its old estimate with its covariance
-  /// times this. Planes that left together share the drift of their time, and return together:
-  /// taken as independent they would count as many as they are. Covariance intersection with equal
-  /// shares [Julier1997] divides by their number; 50 returning planes are a large room.
-  double return_inflation = 50.0;
-
-  /// One line for each setting that cannot be.
-  std::vector<std::string> problems() const;
-};
-
-struct WindowReport {
-  int iterations = 0;
-  bool converged = false;   ///< the last step promised less than stop_chi_squared
-  double chi_squared = 0;   ///< at the end, robust
-  int residuals = 0;        ///< rows, marginal prior included
-  int held_directions = 0;  ///< no evidence at all in so many directions: they did not move
-  bool finite = true;       ///< false: a number was not finite; the estimate is as before
-};
 
 /// What left the window: final fixed-lag estimates.
 struct WindowDepartures {
@@ -121,8 +84,8 @@ class SlidingWindow {
 
   bool contains(KeyframeId id) const { return find(id) >= 0; }
   bool contains(PlaneId id) const { return find(id) >= 0; }
-  std::size_t keyframe_count() const { return poses_.size(); }
-  std::size_t plane_count() const { return planes_.size(); }
+  std::size_t keyframe_count() const { return state_.poses.size(); }
+  std::size_t plane_count() const { return state_.planes.size(); }
   SE3 pose(KeyframeId id) const;
   Plane plane_anchor(PlaneId id) const;
   std::vector<KeyframeId> keyframes() const;
@@ -144,91 +107,20 @@ class SlidingWindow {
   MarginalPrior prior() const;
 
  private:
-  // A unit normal with its own tangent basis: the basis is carried along, so that coordinates in it
-  // do not jump where Plane::tangent_basis() does.
-  struct Chart {
-    Eigen::Vector3d normal;
-    Matrix32d basis;
-    double rho = 0;
-    Chart boxplus(const Eigen::Vector3d& d) const;
-    Eigen::Vector3d boxminus(const Chart& origin) const;
+  // Copies with the window.
+  struct ClonedEngine {
+    explicit ClonedEngine(std::unique_ptr<WindowEngine> engine) : one(std::move(engine)) {}
+    ClonedEngine(const ClonedEngine& other) : one(other.one->clone()) {}
+    ClonedEngine(ClonedEngine&&) = default;
+    ClonedEngine& operator=(ClonedEngine other) {
+      one = std::move(other.one);
+      return *this;
+    }
+    std::unique_ptr<WindowEngine> one;
   };
-  struct Pose {
-    KeyframeId id;
-    Timestamp stamp;
-    SE3 now, first;       // first: where Jacobians are taken once frozen
-    bool frozen = false;  // the marginal prior knows it
-  };
-  struct Landmark {
-    PlaneId id;
-    Eigen::Vector3d anchor;
-    Chart now, first;
-    bool frozen = false;
-    KeyframeId last_seen = KeyframeId::kNone;
-    std::int64_t idle_since = 0;  // count of keyframes added when it was last seen
-  };
-  struct Between {
-    KeyframeId from, to;
-    SE3 T;
-    Matrix6d S;
-    bool robust = false;
-    double weight = 1;  // robust, in the equations at hand
-  };
-  struct Single {  // prior on a pose
-    KeyframeId id;
-    SE3 T;
-    Matrix6d S;
-  };
-  struct Gravity {
-    KeyframeId id;
-    Eigen::Vector3d up;
-    double sigma;
-  };
-  struct PlaneHold {  // prior on a plane, in the chart it was given in
-    PlaneId id;
-    Chart at;
-    Eigen::Matrix3d S;
-  };
-  struct Sighting {
-    KeyframeId keyframe;
-    PlaneId plane;
-    Eigen::Matrix3d A;  // square root of the scatter, by rows
-    double root_weight;
-    Eigen::Vector3d mean;
-    // Robust, in the equations at hand. It begins with 1: before the first step a new keyframe is
-    // where odometry put it, and good sightings look like outliers.
-    double weight = 1;
-  };
-  struct Prior {
-    std::vector<KeyframeId> poses;
-    std::vector<SE3> poses_at;
-    std::vector<PlaneId> planes;
-    std::vector<Chart> planes_at;
-    Eigen::MatrixXd R;
-    Eigen::MatrixXd H;  // R^T R, made once
-    Eigen::VectorXd r;
-  };
-  struct Linear;  // all factors at their linearisation point
 
-  int find(KeyframeId id) const;
-  int find(PlaneId id) const;
-  static Sighting sighting(const PlaneMomentsFactor& factor);
-  static Eigen::Vector4d residual(const Sighting& s, const SE3& T, const Chart& plane,
-                                  const Eigen::Vector3d& anchor);
-  static void jacobians(const Sighting& s, const SE3& T, const Chart& plane,
-                        const Eigen::Vector3d& anchor, Eigen::Matrix<double, 4, 6>& J_pose,
-                        Eigen::Matrix<double, 4, 3>& J_plane);
-  double robust_weight(double chi_squared) const;
-  // kFirst: equations with the weights from before; kEquations: with those of the present states;
-  // kGradient: the gradient alone, with those too.
-  enum class Build { kFirst, kEquations, kGradient };
-  double build(Build what);
-  double length(const Eigen::VectorXd& d) const;
-  Eigen::VectorXd prior_step() const;
-  std::vector<int> prior_columns() const;
-  void apply(const Eigen::VectorXd& d);
-  std::vector<LinearFactor> linearize_touching(const std::vector<bool>& pose_gone,
-                                               const std::vector<bool>& plane_gone);
+  int find(KeyframeId id) const { return state_.find(id); }
+  int find(PlaneId id) const { return state_.find(id); }
   /// remember: planes that go may come back.
   void eliminate(const std::vector<bool>& pose_gone, const std::vector<bool>& plane_gone,
                  bool remember);
@@ -241,19 +133,12 @@ class SlidingWindow {
   Eigen::Matrix3d plane_covariance(int plane) const;
 
   WindowOptions options_;
-  std::vector<Pose> poses_;
-  std::vector<Landmark> planes_;
-  std::vector<Between> betweens_;
-  std::vector<Single> singles_;
-  std::vector<Gravity> gravity_;
-  std::vector<PlaneHold> holds_;
-  std::vector<Sighting> sightings_;
-  Prior prior_;
-  std::vector<Landmark> behind_;  // planes that left, as they were then
-  StatesBehind states_behind_;    // their steps from there, given the prior's states
+  window::State state_;
+  std::vector<window::Landmark> behind_;  // planes that left, as they were then
+  StatesBehind states_behind_;            // their steps from there, given the prior's states
+  ClonedEngine engine_;
   WindowSystem system_;
-  double weight_change_ = 0;  // at the last build(): the most, from those in the equations at hand
-  bool solved_ = false;       // system_ holds a factor for the present states
+  bool solved_ = false;  // system_ holds a factor for the present states
   std::int64_t keyframes_added_ = 0;
 };
 

@@ -15,7 +15,7 @@ void SlidingWindow::leave_behind(const EliminationOrder& order, const SquareRoot
     states_behind_.clear();
     return;
   }
-  const std::size_t border = poses_.size();
+  const std::size_t border = state_.poses.size();
   const Eigen::Index old = states_behind_.size();
   Eigen::Index rows = old;
   if (remember && options_.planes_behind > 0) {
@@ -31,22 +31,23 @@ void SlidingWindow::leave_behind(const EliminationOrder& order, const SquareRoot
     }
     column += width;
   };
-  for (const KeyframeId id : prior_.poses) carry(find(id), 6);
-  for (const PlaneId id : prior_.planes) carry(static_cast<int>(border) + find(id), 3);
+  for (const KeyframeId id : state_.prior.poses) carry(find(id), 6);
+  for (const PlaneId id : state_.prior.planes) carry(static_cast<int>(border) + find(id), 3);
   Eigen::Index row = old;
-  for (std::size_t i = 0; i < planes_.size() && row < rows; ++i) {
+  for (std::size_t i = 0; i < state_.planes.size() && row < rows; ++i) {
     if (!plane_gone[i]) continue;
     gain.block<3, 3>(row, order.column[border + i]).setIdentity();
-    behind_.push_back(planes_[i]);
+    behind_.push_back(state_.planes[i]);
     if (!behind_.back().frozen) behind_.back().first = behind_.back().now;
     row += 3;
   }
-  states_behind_.eliminate(old > 0 ? prior_step() : Eigen::VectorXd(), std::move(gain),
+  states_behind_.eliminate(old > 0 ? state_.prior_step() : Eigen::VectorXd(), std::move(gain),
                            *left.eliminated);
   while (behind_.size() > static_cast<std::size_t>(options_.planes_behind)) {
-    const auto longest = std::min_element(
-        behind_.begin(), behind_.end(),
-        [](const Landmark& a, const Landmark& b) { return a.idle_since < b.idle_since; });
+    const auto longest = std::min_element(behind_.begin(), behind_.end(),
+                                          [](const window::Landmark& a, const window::Landmark& b) {
+                                            return a.idle_since < b.idle_since;
+                                          });
     states_behind_.drop(3 * (longest - behind_.begin()));
     remove_behind(longest - behind_.begin());
   }
@@ -60,7 +61,7 @@ void SlidingWindow::remove_behind(std::ptrdiff_t at) {
 
 void SlidingWindow::forget(PlaneId id) {
   const auto at = std::find_if(behind_.begin(), behind_.end(),
-                               [id](const Landmark& plane) { return plane.id == id; });
+                               [id](const window::Landmark& plane) { return plane.id == id; });
   if (at == behind_.end()) return;
   states_behind_.drop(3 * (at - behind_.begin()));
   remove_behind(at - behind_.begin());
@@ -70,34 +71,35 @@ bool SlidingWindow::take_back(PlaneId id, const Plane& plane_anchor,
                               const Eigen::Vector3d& anchor_map) {
   constexpr double kSame = 1e-9;
   const auto at = std::find_if(behind_.begin(), behind_.end(),
-                               [id](const Landmark& plane) { return plane.id == id; });
+                               [id](const window::Landmark& plane) { return plane.id == id; });
   if (at == behind_.end()) return false;
   // Somebody else has estimated it since: what it was no longer counts.
   if ((at->anchor - anchor_map).norm() > kSame ||
-      (at->now.normal - plane_anchor.normal()).norm() > kSame ||
+      (at->now.n - plane_anchor.normal()).norm() > kSame ||
       std::abs(at->now.rho - plane_anchor.rho()) > kSame) {
     return false;
   }
   const auto row = static_cast<Eigen::Index>(3 * (at - behind_.begin()));
-  const Eigen::Vector3d step = states_behind_.mean(prior_step()).segment<3>(row);
+  const Eigen::Vector3d step = states_behind_.mean(state_.prior_step()).segment<3>(row);
   const auto tie = states_behind_.take(row);
   if (!tie) return false;
-  Landmark plane = *at;
+  window::Landmark plane = *at;
   remove_behind(at - behind_.begin());
-  prior_.planes.push_back(id);
-  prior_.planes_at.push_back(plane.now);
-  plane.now = plane.now.boxplus(step);
+  state_.prior.planes.push_back(id);
+  state_.prior.planes_at.push_back(plane.now);
+  plane.now = plane.now.carried(step);
   plane.frozen = true;
   plane.idle_since = keyframes_added_;
-  planes_.push_back(plane);
-  const Eigen::Index rows = prior_.R.rows(), columns = prior_.R.cols();
+  state_.planes.push_back(plane);
+  const Eigen::Index rows = state_.prior.R.rows(), columns = state_.prior.R.cols();
   Eigen::MatrixXd R = Eigen::MatrixXd::Zero(rows + 3, columns + 3);
-  R.topLeftCorner(rows, columns) = prior_.R;
+  R.topLeftCorner(rows, columns) = state_.prior.R;
   R.bottomRows(3) = tie->R;
-  prior_.R = std::move(R);
-  prior_.r.conservativeResize(rows + 3);
-  prior_.r.tail(3) = tie->r;
-  prior_.H = gram(prior_.R);
+  state_.prior.R = std::move(R);
+  state_.prior.r.conservativeResize(rows + 3);
+  state_.prior.r.tail(3) = tie->r;
+  state_.prior.H = gram(state_.prior.R);
+  state_.prior.serial = state_.next_serial();
   solved_ = false;
   return true;
 }

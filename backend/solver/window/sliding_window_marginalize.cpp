@@ -1,5 +1,6 @@
 // What leaves the window, and the prior it leaves behind.
 #include <lamina/backend/solver/window/sliding_window.hpp>
+#include <lamina/backend/solver/window/window_equations.hpp>
 
 #include <cmath>
 
@@ -29,30 +30,31 @@ void erase_marked(std::vector<State>& states, const std::vector<bool>& gone) {
 // Elimination order -> linearise -> QR -> prior.
 void SlidingWindow::eliminate(const std::vector<bool>& pose_gone,
                               const std::vector<bool>& plane_gone, bool remember) {
-  std::vector<int> sizes(poses_.size(), 6), gone;
-  sizes.insert(sizes.end(), planes_.size(), 3);
+  std::vector<int> sizes(state_.poses.size(), 6), gone;
+  sizes.insert(sizes.end(), state_.planes.size(), 3);
   const auto goes = [&](std::size_t i) {
-    return i < poses_.size() ? pose_gone[i] : plane_gone[i - poses_.size()];
+    return i < state_.poses.size() ? pose_gone[i] : plane_gone[i - state_.poses.size()];
   };
   for (std::size_t i = 0; i < sizes.size(); ++i) {
     if (goes(i)) gone.push_back(static_cast<int>(i));
   }
   if (gone.empty()) return;
-  const std::vector<LinearFactor> factors = linearize_touching(pose_gone, plane_gone);
+  const std::vector<LinearFactor> factors =
+      linearize_touching(state_, options_.robust_chi_squared, pose_gone, plane_gone);
   const EliminationOrder order = elimination_order(sizes, gone, factors);
   const SquareRootInformation left = eliminate_by_qr(linear_system(order, factors));
   leave_behind(order, left, plane_gone, remember);
 
-  Prior prior;
+  window::Prior prior;
   for (const int v : order.variables) {
     const auto i = static_cast<std::size_t>(v);
     if (goes(i)) continue;
-    if (i < poses_.size()) {
-      prior.poses.push_back(poses_[i].id);
-      prior.poses_at.push_back(freeze(poses_[i]));
+    if (i < state_.poses.size()) {
+      prior.poses.push_back(state_.poses[i].id);
+      prior.poses_at.push_back(freeze(state_.poses[i]).se3());
     } else {
-      prior.planes.push_back(planes_[i - poses_.size()].id);
-      prior.planes_at.push_back(freeze(planes_[i - poses_.size()]));
+      prior.planes.push_back(state_.planes[i - state_.poses.size()].id);
+      prior.planes_at.push_back(freeze(state_.planes[i - state_.poses.size()]));
     }
   }
   if (left.R.rows() > 0) {
@@ -60,7 +62,7 @@ void SlidingWindow::eliminate(const std::vector<bool>& pose_gone,
     prior.r = left.r;
     prior.H = gram(left.R);
   } else {
-    prior = Prior();
+    prior = window::Prior();
   }
 
   const auto pose_is_gone = [&](KeyframeId id) {
@@ -69,31 +71,34 @@ void SlidingWindow::eliminate(const std::vector<bool>& pose_gone,
   const auto plane_is_gone = [&](PlaneId id) {
     return plane_gone[static_cast<std::size_t>(find(id))];
   };
-  std::erase_if(betweens_,
-                [&](const Between& f) { return pose_is_gone(f.from) || pose_is_gone(f.to); });
-  std::erase_if(singles_, [&](const Single& f) { return pose_is_gone(f.id); });
-  std::erase_if(gravity_, [&](const Gravity& f) { return pose_is_gone(f.id); });
-  std::erase_if(holds_, [&](const PlaneHold& f) { return plane_is_gone(f.id); });
-  std::erase_if(sightings_, [&](const Sighting& f) {
+  std::erase_if(state_.relative_poses, [&](const window::RelativePose& f) {
+    return pose_is_gone(f.from) || pose_is_gone(f.to);
+  });
+  std::erase_if(state_.pose_priors, [&](const window::PosePrior& f) { return pose_is_gone(f.id); });
+  std::erase_if(state_.gravity, [&](const window::Gravity& f) { return pose_is_gone(f.id); });
+  std::erase_if(state_.plane_priors,
+                [&](const window::PlanePrior& f) { return plane_is_gone(f.id); });
+  std::erase_if(state_.views, [&](const window::PlaneView& f) {
     return pose_is_gone(f.keyframe) || plane_is_gone(f.plane);
   });
-  prior_ = std::move(prior);
-  erase_marked(poses_, pose_gone);
-  erase_marked(planes_, plane_gone);
+  prior.serial = state_.next_serial();
+  state_.prior = std::move(prior);
+  erase_marked(state_.poses, pose_gone);
+  erase_marked(state_.planes, plane_gone);
   solved_ = false;
 }
 
 std::vector<bool> SlidingWindow::planes_to_leave(int poses_gone) const {
-  std::vector<bool> leave(planes_.size(), false), seen(planes_.size(), false);
-  for (const auto& s : sightings_) {
+  std::vector<bool> leave(state_.planes.size(), false), seen(state_.planes.size(), false);
+  for (const auto& s : state_.views) {
     if (find(s.keyframe) >= poses_gone) seen[static_cast<std::size_t>(find(s.plane))] = true;
   }
   std::vector<std::size_t> idle;
-  std::size_t staying = planes_.size();
-  for (std::size_t i = 0; i < planes_.size(); ++i) {
+  std::size_t staying = state_.planes.size();
+  for (std::size_t i = 0; i < state_.planes.size(); ++i) {
     if (seen[i]) continue;
     const std::int64_t lag = options_.keyframes + options_.idle_keyframes;
-    if (keyframes_added_ - planes_[i].idle_since >= lag) {
+    if (keyframes_added_ - state_.planes[i].idle_since >= lag) {
       leave[i] = true;
       --staying;
     } else {
@@ -101,7 +106,7 @@ std::vector<bool> SlidingWindow::planes_to_leave(int poses_gone) const {
     }
   }
   std::stable_sort(idle.begin(), idle.end(), [&](std::size_t a, std::size_t b) {
-    return planes_[a].idle_since < planes_[b].idle_since;
+    return state_.planes[a].idle_since < state_.planes[b].idle_since;
   });
   for (const std::size_t i : idle) {
     if (staying <= static_cast<std::size_t>(options_.max_planes)) break;
@@ -115,22 +120,23 @@ WindowDepartures SlidingWindow::marginalize() {
   WindowDepartures departures;
   std::size_t gone = 0;
   const auto too_old = [&](std::size_t i) {
-    const std::size_t rest = poses_.size() - i;
+    const std::size_t rest = state_.poses.size() - i;
     if (rest <= 3) return false;
     if (rest > static_cast<std::size_t>(options_.keyframes)) return true;
-    return options_.seconds > 0 && poses_.back().stamp - poses_[i].stamp > options_.seconds;
+    return options_.seconds > 0 &&
+           state_.poses.back().stamp - state_.poses[i].stamp > options_.seconds;
   };
-  while (gone < poses_.size() && too_old(gone)) ++gone;
+  while (gone < state_.poses.size() && too_old(gone)) ++gone;
   if (gone == 0) return departures;
-  std::vector<bool> pose_gone(poses_.size(), false);
+  std::vector<bool> pose_gone(state_.poses.size(), false);
   for (std::size_t i = 0; i < gone; ++i) {
     pose_gone[i] = true;
-    departures.poses.push_back({poses_[i].id, poses_[i].now});
+    departures.poses.push_back({state_.poses[i].id, state_.poses[i].now.se3()});
   }
   const std::vector<bool> plane_gone = planes_to_leave(static_cast<int>(gone));
-  for (std::size_t i = 0; i < planes_.size(); ++i) {
+  for (std::size_t i = 0; i < state_.planes.size(); ++i) {
     if (!plane_gone[i]) continue;
-    departures.planes.push_back({planes_[i].id, plane_anchor(planes_[i].id),
+    departures.planes.push_back({state_.planes[i].id, plane_anchor(state_.planes[i].id),
                                  solved_ ? plane_covariance(static_cast<int>(i))
                                          : Eigen::Matrix3d::Constant(std::nan(""))});
   }
@@ -140,72 +146,80 @@ WindowDepartures SlidingWindow::marginalize() {
 
 void SlidingWindow::move(const SE3& T) {
   const Eigen::Matrix3d R = T.so3().matrix();
-  const auto turn = [&R](Chart& chart) {
-    chart.normal = R * chart.normal;
-    chart.basis = R * chart.basis;
-  };
-  for (auto& pose : poses_) {
-    pose.now = T * pose.now;
-    pose.first = T * pose.first;
+  const auto turn = [&R](PlaneState& plane) { plane = plane.turned(R); };
+  for (auto& pose : state_.poses) {
+    pose.now = PoseState(T * pose.now.se3());
+    pose.first = PoseState(T * pose.first.se3());
   }
-  for (auto* planes : {&planes_, &behind_}) {
+  for (auto* planes : {&state_.planes, &behind_}) {
     for (auto& plane : *planes) {
       plane.anchor = T * plane.anchor;
       turn(plane.now);
       turn(plane.first);
     }
   }
-  for (auto& single : singles_) single.T = T * single.T;
-  for (auto& hold : holds_) turn(hold.at);
-  for (auto& pose : prior_.poses_at) pose = T * pose;
-  for (auto& plane : prior_.planes_at) turn(plane);
+  for (auto& single : state_.pose_priors) {
+    single.term.T_body_map_measured = single.term.T_body_map_measured * T.inverse();
+  }
+  for (auto& hold : state_.plane_priors) turn(hold.at);
+  for (auto& pose : state_.prior.poses_at) pose = T * pose;
+  for (auto& plane : state_.prior.planes_at) turn(plane);
+  for (auto& view : state_.views) view.term.anchor_map = T * view.term.anchor_map;
+  state_.renew_serials();
 }
 
 bool SlidingWindow::merge_planes(PlaneId from, PlaneId into) {
   const int a = find(from), b = find(into);
   if (a < 0 || b < 0 || a == b) return false;
-  // What the prior knows of `from` goes with it: only direct sightings change hands.
-  for (auto& s : sightings_) {
-    if (s.plane == from) s.plane = into;
+  // What the prior has of `from` goes with it: only direct views change hands.
+  for (auto& view : state_.views) {
+    if (view.plane != from) continue;
+    view.plane = into;
+    view.term.anchor_map = state_.planes[static_cast<std::size_t>(b)].anchor;
+    view.serial = state_.next_serial();
   }
-  auto& kept = planes_[static_cast<std::size_t>(b)];
-  const auto& gone = planes_[static_cast<std::size_t>(a)];
+  auto& kept = state_.planes[static_cast<std::size_t>(b)];
+  const auto& gone = state_.planes[static_cast<std::size_t>(a)];
   kept.idle_since = std::max(kept.idle_since, gone.idle_since);
-  std::vector<bool> plane_gone(planes_.size(), false);
+  std::vector<bool> plane_gone(state_.planes.size(), false);
   plane_gone[static_cast<std::size_t>(a)] = true;
-  eliminate(std::vector<bool>(poses_.size(), false), plane_gone, false);
+  eliminate(std::vector<bool>(state_.poses.size(), false), plane_gone, false);
   return true;
 }
 
 bool SlidingWindow::set_anchor(PlaneId id, const Eigen::Vector3d& anchor_map) {
   const int at = find(id);
   if (at < 0 || !anchor_map.allFinite()) return false;
-  Landmark& plane = planes_[static_cast<std::size_t>(at)];
+  window::Landmark& plane = state_.planes[static_cast<std::size_t>(at)];
   const Eigen::Vector3d shift = anchor_map - plane.anchor;
   // rho_new = rho - n.shift, so a step (tilt, rho_new) is (tilt, rho_new + shift^T B tilt) here.
-  const auto old_from_new = [&shift](const Chart& chart) {
+  const auto old_from_new = [&shift](const PlaneState& held) {
     Eigen::Matrix3d M = Eigen::Matrix3d::Identity();
-    M.bottomLeftCorner<1, 2>() = shift.transpose() * chart.basis;
+    M.bottomLeftCorner<1, 2>() = shift.transpose() * held.B;
     return M;
   };
-  const auto move_chart = [&shift](Chart& chart) { chart.rho -= chart.normal.dot(shift); };
-  for (auto& hold : holds_) {
+  const auto shift_rho = [&shift](PlaneState& held) { held.rho -= held.n.dot(shift); };
+  for (auto& hold : state_.plane_priors) {
     if (hold.id != id) continue;
     hold.S = (hold.S * old_from_new(hold.at)).eval();
-    move_chart(hold.at);
+    shift_rho(hold.at);
   }
-  for (std::size_t i = 0; i < prior_.planes.size(); ++i) {
-    if (prior_.planes[i] != id) continue;
-    const auto column = static_cast<Eigen::Index>(6 * prior_.poses.size() + 3 * i);
-    prior_.R.middleCols<3>(column) =
-        (prior_.R.middleCols<3>(column) * old_from_new(prior_.planes_at[i])).eval();
-    prior_.H = gram(prior_.R);
-    states_behind_.change_columns(column, old_from_new(prior_.planes_at[i]));
-    move_chart(prior_.planes_at[i]);
+  for (std::size_t i = 0; i < state_.prior.planes.size(); ++i) {
+    if (state_.prior.planes[i] != id) continue;
+    const auto column = static_cast<Eigen::Index>(6 * state_.prior.poses.size() + 3 * i);
+    state_.prior.R.middleCols<3>(column) =
+        (state_.prior.R.middleCols<3>(column) * old_from_new(state_.prior.planes_at[i])).eval();
+    state_.prior.H = gram(state_.prior.R);
+    states_behind_.change_columns(column, old_from_new(state_.prior.planes_at[i]));
+    shift_rho(state_.prior.planes_at[i]);
   }
-  move_chart(plane.now);
-  move_chart(plane.first);
+  shift_rho(plane.now);
+  shift_rho(plane.first);
   plane.anchor = anchor_map;
+  for (auto& view : state_.views) {
+    if (view.plane == id) view.term.anchor_map = anchor_map;
+  }
+  state_.renew_serials();
   solved_ = false;
   return true;
 }
@@ -215,25 +229,24 @@ bool SlidingWindow::set_anchor(PlaneId id, const Eigen::Vector3d& anchor_map) {
 SE3 SlidingWindow::pose(KeyframeId id) const {
   const int i = find(id);
   LAMINA_CHECK(i >= 0);
-  return poses_[static_cast<std::size_t>(i)].now;
+  return state_.poses[static_cast<std::size_t>(i)].now.se3();
 }
 
 Plane SlidingWindow::plane_anchor(PlaneId id) const {
   const int i = find(id);
   LAMINA_CHECK(i >= 0);
-  const Chart& chart = planes_[static_cast<std::size_t>(i)].now;
-  return Plane(chart.normal, chart.rho);
+  return state_.planes[static_cast<std::size_t>(i)].now.plane();
 }
 
 std::vector<KeyframeId> SlidingWindow::keyframes() const {
   std::vector<KeyframeId> result;
-  for (const auto& pose : poses_) result.push_back(pose.id);
+  for (const auto& pose : state_.poses) result.push_back(pose.id);
   return result;
 }
 
 std::vector<PlaneId> SlidingWindow::planes() const {
   std::vector<PlaneId> result;
-  for (const auto& plane : planes_) result.push_back(plane.id);
+  for (const auto& plane : state_.planes) result.push_back(plane.id);
   return result;
 }
 

@@ -3,7 +3,6 @@
 
 #include <lamina/backend/refine/loop_reconsideration.hpp>
 #include <lamina/backend/refine/pinned_solve.hpp>
-#include <lamina/backend/solver/native/normal_equations.hpp>
 
 namespace lamina {
 namespace {
@@ -92,9 +91,9 @@ struct Corridor {
                                    : graph.plane_moments[f.index].weight) = 0;
     }
     RobustOutcome outcome;
-    outcome.equations = std::make_unique<NormalEquations>(graph);
-    const MinimizerResult result = minimize(*outcome.equations, {});
-    outcome.equations->write(graph);
+    outcome.engine = make_engine(graph, SolverEngine::kNative);
+    const MinimizerResult result = outcome.engine->minimize({});
+    outcome.engine->write(graph);
     outcome.status = result.status;
     outcome.final_cost = result.final_cost;
     outcome.rejected = rejected;

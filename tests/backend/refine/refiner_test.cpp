@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include <lamina/backend/solver/native/normal_equations.hpp>
 #include <lamina/pipeline/evaluation/plane_graph_solve.hpp>
 
 #include "backend/mapper/room_generator.hpp"

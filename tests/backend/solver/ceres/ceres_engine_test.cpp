@@ -1,8 +1,10 @@
 // Ceres and the own solver agree; covariances agree with a dense inverse.
 #include <gtest/gtest.h>
 
+#include <lamina/backend/refine/refiner.hpp>
 #include <lamina/backend/solver/ceres/ceres_engine.hpp>
 #include <lamina/backend/solver/covariance.hpp>
+#include <lamina/backend/solver/native/native_engine.hpp>
 #include <lamina/pipeline/evaluation/plane_graph_solve.hpp>
 
 #include "backend/mapper/room_generator.hpp"
@@ -33,29 +35,126 @@ Graph rich_graph() {
   return g;
 }
 
-TEST(ProblemBuilder, CeresAgreesWithTheOwnSolver) {
-  for (const auto kind : {SolverChoice::Kind::kNormalCholesky, SolverChoice::Kind::kSchur}) {
-    Graph ours = rich_graph(), theirs = ours;
-    RefineOptions options;
-    options.robust = false;
-    options.minimizer.chi2_tolerance = 1e-9;
-    options.minimizer.relative_tolerance = 1e-12;
-    EXPECT_EQ(refine(ours, options).status, SolveStatus::kConverged);
-    CeresGraph ceres_graph(theirs);
-    SolverChoice choice;
-    choice.kind = kind;
-    EXPECT_EQ(ceres_graph.solve(options.minimizer, choice).status, SolveStatus::kConverged);
-    ceres_graph.write(theirs);
-    for (std::size_t i = 0; i < ours.keyframes.size(); ++i) {
-      const SE3 difference =
-          ours.keyframes[i].T_map_body.inverse() * theirs.keyframes[i].T_map_body;
-      EXPECT_LT(difference.log().norm(), 1e-6) << i;
-    }
-    EXPECT_LT((ours.surfels[0].state - theirs.surfels[0].state).norm(), 1e-6);
+RefineOptions exact(SolverEngine engine) {
+  RefineOptions options;
+  options.engine = engine;
+  options.minimizer.chi2_tolerance = 1e-9;
+  options.minimizer.relative_tolerance = 1e-12;
+  return options;
+}
+
+double cost_of(const RefineResult& result) {
+  double sum = 0;
+  for (const CostChange& change : result.costs) sum += change.after;
+  return sum;
+}
+
+void expect_same(const Graph& a, const Graph& b, double tolerance) {
+  for (std::size_t i = 0; i < a.keyframes.size(); ++i) {
+    const SE3 d = a.keyframes[i].T_map_body.inverse() * b.keyframes[i].T_map_body;
+    EXPECT_LT(d.log().norm(), tolerance) << i;
+  }
+  for (std::size_t i = 0; i < a.planes.size(); ++i) {
+    EXPECT_LT(a.planes[i].plane_anchor.boxminus(b.planes[i].plane_anchor).norm(), tolerance) << i;
+  }
+  for (std::size_t i = 0; i < a.surfels.size(); ++i) {
+    EXPECT_LT((a.surfels[i].state - b.surfels[i].state).norm(), tolerance) << i;
   }
 }
 
-TEST(ProblemBuilder, ChoosesByShape) {
+TEST(Engines, AgreeOnEveryKindOfFactor) {
+  Graph ours = rich_graph();
+  RefineOptions options = exact(SolverEngine::kNative);
+  options.robust = false;
+  const RefineResult native = refine(ours, options);
+  EXPECT_EQ(native.status, SolveStatus::kConverged);
+  for (const auto kind : {SolverChoice::Kind::kNormalCholesky, SolverChoice::Kind::kSchur}) {
+    Graph theirs = rich_graph();
+    SolverChoice choice;
+    choice.kind = kind;
+    CeresEngine engine(theirs, Parts::kAll, choice);
+    const MinimizerResult result = engine.minimize(options.minimizer);
+    EXPECT_EQ(result.status, SolveStatus::kConverged);
+    EXPECT_NEAR(total(result.final_cost), cost_of(native), 1e-6 * cost_of(native));
+    engine.write(theirs);
+    expect_same(ours, theirs, 1e-6);
+  }
+}
+
+TEST(Engines, AgreeWhereViewsCarryWrongNames) {
+  Graph ours = make_graph(test::make_rooms({.rooms = 3, .laps = 1, .wrong = 0.1})), theirs = ours;
+  const RefineResult native = refine(ours, exact(SolverEngine::kNative));
+  const RefineResult ceres = refine(theirs, exact(SolverEngine::kCeres));
+  EXPECT_EQ(native.status, SolveStatus::kConverged);
+  EXPECT_EQ(ceres.status, SolveStatus::kConverged);
+  ASSERT_GT(native.rejected.size(), 0u);
+  EXPECT_EQ(native.rejected, ceres.rejected);
+  EXPECT_NEAR(cost_of(native), cost_of(ceres), 1e-6 * cost_of(native));
+  expect_same(ours, theirs, 1e-5);
+}
+
+// A path bent by radians: turns first, positions after.
+TEST(Engines, AgreeOnAPathThatTurnsTooFar) {
+  Graph ours = make_graph(test::make_rooms({.rooms = 4, .laps = 2, .sigma_rotation = 0.08}));
+  Graph theirs = ours;
+  RefineOptions options = exact(SolverEngine::kNative);
+  options.robust = false;
+  const RefineResult native = refine(ours, options);
+  options.engine = SolverEngine::kCeres;
+  const RefineResult ceres = refine(theirs, options);
+  EXPECT_NEAR(cost_of(native), cost_of(ceres), 1e-6 * cost_of(native));
+  expect_same(ours, theirs, 1e-4);
+}
+
+TEST(Engines, DescribeTheSameProblem) {
+  for (const Parts parts : {Parts::kAll, Parts::kTurns}) {
+    const Graph graph = rich_graph();
+    const NativeEngine native(graph, parts);
+    const CeresEngine ceres(graph, parts);
+    EXPECT_EQ(native.dimension(), ceres.dimension());
+    const CostByType a = native.cost(), b = ceres.cost();
+    for (std::size_t t = 0; t < a.size(); ++t) {
+      EXPECT_NEAR(a[t], b[t], 1e-9 * (1 + a[t])) << to_string(static_cast<FactorType>(t));
+    }
+    if (parts == Parts::kTurns) continue;
+    const RobustWeights ours = native.chi_squared(), theirs = ceres.chi_squared();
+    ASSERT_EQ(ours.plane_moments.size(), theirs.plane_moments.size());
+    for (std::size_t i = 0; i < ours.plane_moments.size(); ++i) {
+      EXPECT_NEAR(ours.plane_moments[i], theirs.plane_moments[i],
+                  1e-6 * (1 + ours.plane_moments[i]));
+    }
+  }
+}
+
+TEST(Engines, StopWhereTheyAreWhenAskedTo) {
+  for (const auto kind : {SolverEngine::kNative, SolverEngine::kCeres}) {
+    Graph graph = rich_graph();
+    const auto engine = make_engine(graph, kind);
+    int calls = 0;
+    MinimizerOptions options;
+    options.chi2_tolerance = options.relative_tolerance = 0;
+    const MinimizerResult result =
+        engine->minimize(options, [&](const Iteration&) { return ++calls < 2; });
+    EXPECT_EQ(result.status, SolveStatus::kCancelled) << to_string(kind);
+    EXPECT_EQ(calls, 2) << to_string(kind);
+    EXPECT_LT(total(result.final_cost), total(result.initial_cost)) << to_string(kind);
+  }
+}
+
+TEST(Engines, CountDirectionsThatNothingConstrains) {
+  Graph graph = rich_graph();
+  graph.add_keyframe(Timestamp::from_seconds(1e3), SE3());  // tied to nothing
+  for (const auto kind : {SolverEngine::kNative, SolverEngine::kCeres}) {
+    Graph one = graph;
+    RefineOptions options = exact(kind);
+    options.robust = false;
+    const RefineResult result = refine(one, options);
+    EXPECT_EQ(result.rank_deficiency + 6 * static_cast<int>(result.held.size()), 6)
+        << to_string(kind);
+  }
+}
+
+TEST(Engines, ChooseByShape) {
   EXPECT_EQ(choose_solver(make_graph(test::make_rooms({.rooms = 20}))).kind,
             SolverChoice::Kind::kNormalCholesky);
   Graph window;

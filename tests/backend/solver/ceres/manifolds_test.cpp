@@ -55,5 +55,27 @@ TEST(PlaneManifold, HoldsCeresInvariants) {
   }
 }
 
+TEST(SubManifold, HoldsCeresInvariants) {
+  const StateManifolds manifolds;
+  test::Random random(5);
+  for (int i = 0; i < 10; ++i) {
+    const PoseState pose(random.pose(10));
+    const PlaneState plane(random.plane(10));
+    const auto check = [&](const SubManifold& manifold, const auto& state) {
+      ceres::Vector x(manifold.AmbientSize()), y(manifold.AmbientSize());
+      state.write(x.data());
+      const ceres::Vector delta = random.normal_vector(manifold.TangentSize(), 0.2);
+      manifold.Plus(x.data(), random.normal_vector(manifold.TangentSize(), 0.3).eval().data(),
+                    y.data());
+      EXPECT_THAT_MANIFOLD_INVARIANTS_HOLD(manifold, x, delta, y, 1e-8);
+    };
+    check(manifolds.pose_turn, pose);
+    check(manifolds.pose_position, pose);
+    check(manifolds.plane_turn, plane);
+    check(manifolds.plane_distance, plane);
+    check(manifolds.extrinsics_turn, FlatState(Eigen::Vector3d(random.normal_vector(3, 1.0))));
+  }
+}
+
 }  // namespace
 }  // namespace lamina

@@ -46,7 +46,7 @@ Graph turned_graph() {
 TEST(RotationInitialization, GradientIsThatOfTheCost) {
   const Graph graph = turned_graph();
   ASSERT_TRUE(graph.problems().empty()) << graph.problems().front();
-  NormalEquations equations(graph, NormalEquations::Terms::kTurns);
+  NormalEquations equations(graph, Parts::kTurns);
   equations.linearize();
   const Eigen::VectorXd gradient = equations.gradient();
   ASSERT_GT(gradient.norm(), 1);
@@ -64,7 +64,7 @@ TEST(RotationInitialization, GradientIsThatOfTheCost) {
 
 TEST(RotationInitialization, NothingIsMoved) {
   const Graph graph = turned_graph();
-  NormalEquations equations(graph, NormalEquations::Terms::kTurns);
+  NormalEquations equations(graph, Parts::kTurns);
   EXPECT_EQ(minimize(equations, {}).status, SolveStatus::kConverged);
   Graph turned = graph;
   equations.write(turned);

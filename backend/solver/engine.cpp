@@ -1,0 +1,60 @@
+// Which engine, and what of a graph needs none.
+#include <lamina/backend/solver/engine.hpp>
+
+#include <lamina/backend/graph/factors/odometry.hpp>
+#include <lamina/backend/graph/factors/plane_moments.hpp>
+#include <lamina/backend/graph/factors/segment.hpp>
+#include <lamina/backend/solver/ceres/ceres_engine.hpp>
+#include <lamina/backend/solver/native/native_engine.hpp>
+
+namespace lamina {
+
+const char* to_string(SolverEngine engine) {
+  return engine == SolverEngine::kCeres ? "ceres" : "native";
+}
+
+const char* to_string(SolveStatus status) {
+  constexpr const char* kNames[] = {"converged", "max_iterations",   "stalled",
+                                    "cancelled", "nothing_to_solve", "invalid_input"};
+  return kNames[static_cast<int>(status)];
+}
+
+double total(const CostByType& cost) {
+  double sum = 0;
+  for (const double c : cost) sum += c;
+  return sum;
+}
+
+RobustWeights chi_squared_of(const Graph& graph) {
+  RobustWeights all;
+  const auto pose = [&](KeyframeId id) { return PoseState(graph.at(id).T_map_body); };
+  for (const LoopFactor& f : graph.loops) {
+    Vector6d r;
+    OdometryTerm(f).evaluate(pose(f.from), pose(f.to), r, nullptr);
+    all.loops.push_back(r.squaredNorm());
+  }
+  for (const SegmentFactor& f : graph.segments) {
+    const PlaneLandmark& plane = graph.at(f.plane);
+    Eigen::Vector2d r;
+    SegmentTerm(f, plane.anchor_map)
+        .evaluate(pose(f.keyframe), PlaneState(plane.plane_anchor), r, nullptr);
+    all.segments.push_back(r.squaredNorm());
+  }
+  for (const PlaneMomentsFactor& f : graph.plane_moments) {
+    const PlaneLandmark& plane = graph.at(f.plane);
+    const SE3& T = graph.at(f.keyframe).T_map_body;
+    SE3 T_anchor_body(T.so3(), T.translation() - plane.anchor_map);
+    if (f.extrinsics != ExtrinsicsId::kNone) {
+      T_anchor_body = T_anchor_body * extrinsics_correction(graph.at(f.extrinsics));
+    }
+    all.plane_moments.push_back(f.moments_body.cost(T_anchor_body.inverse() * plane.plane_anchor));
+  }
+  return all;
+}
+
+std::unique_ptr<BatchEngine> make_engine(const Graph& graph, SolverEngine engine, Parts parts) {
+  if (engine == SolverEngine::kCeres) return std::make_unique<CeresEngine>(graph, parts);
+  return std::make_unique<NativeEngine>(graph, parts);
+}
+
+}  // namespace lamina
