@@ -118,7 +118,18 @@ int flushed(int code) {
 
 }  // namespace
 
+namespace {
+std::string& called_with() {
+  static std::string words;
+  return words;
+}
+}  // namespace
+
+const std::string& command_line() { return called_with(); }
+
 int run(int argc, const char* const* argv) {
+  called_with() = "lamina";
+  for (int i = 1; i < argc; ++i) called_with() += " " + std::string(argv[i]);
   // Sparse solvers below sum in the order of their threads: one keeps the bytes the same anywhere.
   omp_set_num_threads(1);
   // A file larger than the system allows is an error of writing, not the end.

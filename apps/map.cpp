@@ -53,7 +53,8 @@ void require_planes(const MapResult& result) {
 int run(const MapCommand& command) {
   set_up_log(command.quiet);
   InterruptGuard interrupt = guard(command);
-  const auto [source, options] = requested(command);
+  auto [source, options] = requested(command);
+  options.command = command_line();
   for (const std::string& line : options.former_names) spdlog::warn(line);
   io::make_results_folder(command.output);
   std::optional<LivePage> page;

@@ -38,6 +38,7 @@ int refine(const std::vector<std::filesystem::path>& inputs, const std::filesyst
     load_text(options, yaml, name);
     assign(options, assignments);
     options.to_yaml = &to_yaml;
+    options.command = command_line();
     return options;
   };
   const MapResult result = refine_sessions(inputs, options_of_text, output, display);

@@ -26,6 +26,9 @@ Verb info_verb();
 Verb view_verb();
 Verb config_verb();
 
+/// What the program was called with, a word after the other; set by run().
+const std::string& command_line();
+
 /// Exit codes of the program.
 inline constexpr int kDone = 0, kFailed = 1, kUsage = 2;
 

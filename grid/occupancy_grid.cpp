@@ -199,6 +199,15 @@ double OccupancyGrid::reach(const std::vector<OccupancyBeam>& beams) const {
 
 bool OccupancyGrid::solid(const CellIndex& c) const { return is_solid(cells_.find(c)); }
 
+double OccupancyGrid::seen_through() const {
+  double all = 0, through = 0;
+  cells_.for_each([&](const CellIndex&, const OccupancyCell& cell) {
+    all += cell.ends;
+    if (cell.passes > cell.ends) through += cell.ends;
+  });
+  return all > 0 ? through / all : 0;
+}
+
 bool OccupancyGrid::solid_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const {
   std::vector<CellIndex> ray;
   trace(from, to, ray);

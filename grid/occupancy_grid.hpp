@@ -65,6 +65,9 @@ class OccupancyGrid {
   /// Nearly all rays that came to it ended there: occupied in the end, four scans at least marked
   /// it, and rays of half as many at most went on behind. Glass, jambs and what has left are not.
   bool solid(const CellIndex& cell) const;
+  /// Share of all marks that lie in cells which more rays went on behind than ended in: of returns
+  /// from what moved, was never there, or stands elsewhere by another part of the scans. 0 of none.
+  double seen_through() const;
   /// Whether a line (map frame, m) crosses a solid cell.
   bool solid_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to) const;
   /// Takes back what marked a cell: free, or as if no ray had been there.

@@ -8,6 +8,7 @@
 #include <lamina/io/atomic_file.hpp>
 #include <lamina/io/decimal_seconds.hpp>
 #include <lamina/io/figure_names.hpp>
+#include <lamina/version.hpp>
 
 namespace lamina::io {
 namespace {
@@ -57,6 +58,11 @@ void write_metrics(const std::filesystem::path& file, const Diagnostics& metrics
   for (const auto& [name, stage] : metrics.stages) json["stages"][name] = json_of(stage);
   if (metrics.refine) json["refine"] = json_of(*metrics.refine);
   json["peak_rss_mb"] = peak_resident_mb();
+  const std::chrono::duration<double> total = std::chrono::steady_clock::now() - metrics.began;
+  json["total_s"] = total.count();
+  json["input"] = metrics.input;
+  json["version"] = kVersion;
+  json["command"] = metrics.command;
   json["tracking_lost"] = Json::array();
   for (const LostSpan& span : metrics.tracking_lost) json["tracking_lost"].push_back(json_of(span));
   json["memory"] = Json::array();

@@ -134,6 +134,9 @@ struct CalibrationEntry {
 
 /// What a run found out about itself, its input and its result: written as metrics.json.
 struct Diagnostics {
+  std::string input;    ///< the recording, as it was named
+  std::string command;  ///< what the program was called with; empty: a library call
+  std::chrono::steady_clock::time_point began = std::chrono::steady_clock::now();
   std::map<std::string, StageTimes> stages;
   std::optional<RefinementFigures> refine;
   SkippedCounts skipped;

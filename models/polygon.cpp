@@ -121,7 +121,9 @@ bool Polygon::contains(const Eigen::Vector2d& p) const {
   bool inside = false;
   for (std::size_t i = 0, j = vertices_.size() - 1; i < vertices_.size(); j = i++) {
     const Eigen::Vector2d &a = vertices_[i], &b = vertices_[j];
-    if (distance_to_segment(p, a, b) < rounding) return true;
+    const bool near = (p.array() >= a.cwiseMin(b).array() - rounding).all() &&
+                      (p.array() <= a.cwiseMax(b).array() + rounding).all();
+    if (near && distance_to_segment(p, a, b) < rounding) return true;
     if ((a.y() > p.y()) != (b.y() > p.y()) &&
         p.x() < (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()) + a.x()) {
       inside = !inside;

@@ -1,6 +1,8 @@
 // Evidence of all looks, then one grid after the other.
 #include <lamina/pipeline/build_grid.hpp>
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 
@@ -37,6 +39,18 @@ void count_steps(const Rasterizer& rasterizer, Diagnostics& metrics) {
   });
   metrics.counts.cells_free = free;
   metrics.counts.cells_step_open = open;
+}
+
+// Of real buildings, people and glass and all, 11 to 16 % of the marks.
+void warn_of_contradiction(const ScanOccupancy& seen, Diagnostics& metrics) {
+  const double usual = 0.25;
+  if (seen.seen_through <= usual) return;
+  metrics.warn("scans_contradicted",
+               fmt::format("{:.0f} % of what scans marked lies where more beams went on behind "
+                           "(usual: 16 at most): noise, things that moved, or a sensor whose "
+                           "ranges, mounting or view changed on the way; cells of the grid are "
+                           "wrong in part",
+                           100 * seen.seen_through));
 }
 
 std::vector<CellIndex> cells_of(const NavigabilityGrid& grid) {
@@ -120,6 +134,7 @@ Grids GridBuilder::draw(PlanarMap map) {
   const GroundHits ground(map.planes);
   ScanOccupancy seen = occupancy_of(ground);
   std::optional<OccupancyGrid>& occupancy = seen.grid;
+  warn_of_contradiction(seen, record_.diagnostics);
   settle_points(map, ground, seen);
   Rasterizer rasterizer(raster_options(options_));
   rasterizer.before_each_tile([this] { end_if_time_is_up(); });

@@ -86,6 +86,8 @@ MapResult map(const RecordingSource& source, const MapOptions& options, RunObser
   MapInput input(source, options, observer);
   const auto kept = std::make_shared<RunRecord>(options.scratch_folder);
   RunRecord& record = *kept;
+  record.diagnostics.input = source.name;
+  record.diagnostics.command = options.command;
   input.note(record.diagnostics);
   note_assumed(*input.recording, record.diagnostics);
   FrontEnd front_end(input.options, input.sensors);

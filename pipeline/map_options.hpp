@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -11,6 +12,8 @@
 #include <lamina/pipeline/calibration/calibration_options.hpp>
 
 namespace lamina {
+
+class Mapper;
 
 struct MapOptions : CalibrationOptions {
   /// "auto", or the preset these began with (pipeline/config/preset.hpp).
@@ -26,6 +29,10 @@ struct MapOptions : CalibrationOptions {
   bool follow_slopes = true;  ///< images tell height and tilt where the ground slopes
   LoopCloserOptions loops;
 
+  /// Called before the whole graph is refined, offline: a user's own factors and states go in here
+  /// (Mapper::add_factor). Not a setting: neither archived nor written.
+  std::function<void(Mapper&)> add_factors;
+
   // Of the run:
   bool online = false;  ///< map step by step, as a robot would have; false: refine the whole graph
   /// Where lists are kept that grow with the recording; nothing stays there.
@@ -34,6 +41,7 @@ struct MapOptions : CalibrationOptions {
   std::filesystem::path checkpoint_folder;
   std::string checkpoint_identity;  ///< what else a run must share that goes on from it
   bool resume = false;              ///< go on from the checkpoint
+  std::string command;              ///< what the program was called with, for metrics.json
   /// Settings that were given by their former names: a line each.
   std::set<std::string> former_names;
   /// How these are written as YAML, with or without comments, into config.yaml and the session;

@@ -42,7 +42,8 @@ void level(Mapper& mapper) {
   for (const MapPlane& plane : map.planes) {
     if (plane.label == PlaneLabel::kFloor && (!floor || plane.area > floor->area)) floor = &plane;
   }
-  if (!floor || map.trajectory.empty()) return;
+  // A user's factors may say where the map is.
+  if (!floor || map.trajectory.empty() || !mapper.graph().custom.empty()) return;
   const SE3 T_first_map = map.trajectory[0].pose.inverse();
   mapper.move(levelled_pose(T_first_map * floor->plane_map) * T_first_map);
 }
@@ -154,6 +155,7 @@ Mapper map_offline(Run& run) {
   const std::int64_t mapped = map_steps(run, steps, mapping);
   record.go_on(std::span(steps).subspan(static_cast<std::size_t>(mapped)));
   record.diagnostics.counts.scan_loops = mapping.transfer(all.loops);
+  if (run.options.add_factors) run.options.add_factors(mapper);
   run.observer.on_refining(mapper, record.diagnostics);
   if (!ended()) refine(mapper, record, ended);
   if (levelled) level(mapper);

@@ -21,6 +21,7 @@ class OnlineSteps {
   /// A step, the loops that its scan closed, and whether wheels measure motions.
   void add(const Step& step, const std::vector<LoopClosure>& loops, bool wheels);
   const Mapper& mapper() const { return mapping_.mapper; }
+  Mapper& mapper() { return mapping_.mapper; }
   std::int64_t plane_count() const { return mapping_.plane_count(); }
   /// To a mapper of this state: what is unknown of where sensors sit.
   void report_uncertainty(Mapper& mapper) const { uncertainty_.tell(mapper, record_.diagnostics); }
@@ -48,6 +49,9 @@ class OnlineMapper {
   /// T_map_body at a scan or image; nullopt for measurements that make no step of their own
   /// (odometry), or that could not be used (diagnostics().skipped counts them).
   std::optional<SE3> add(const Measurement& measurement);
+  /// A user's own factors and states (Mapper::add_factor, add_state, keyframe_at): in the window
+  /// while their keyframes are there, and whenever the whole graph is refined.
+  Mapper& mapper() { return steps_.mapper(); }
   /// Planes, surfels and path as they are now.
   PlanarMap map() const { return steps_.mapper().map(); }
   /// Where a robot may go, by all that was seen so far: a second or so of work for a building.

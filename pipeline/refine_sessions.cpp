@@ -203,6 +203,8 @@ MapResult refine_sessions(const std::vector<Path>& inputs, const OptionsOfText& 
                    std::make_shared<RunRecord>(scratch_folder)};
   for (const Path& input : inputs) result.sessions.push_back(session_file(input));
   result.record->take(session);
+  result.diagnostics().input = inputs.front().string();
+  result.diagnostics().command = options.command;
   result.mapper = Mapper(options.mapper, std::move(session.map));
   Mapper& mapper = result.mapper;
   const Trajectory before = mapper.trajectory();

@@ -138,7 +138,7 @@ void RunRecord::set_refinement(const RefineResult& result, const Trajectory& bef
     refine.moved_rms_m = std::sqrt(squares / static_cast<double>(before_it.size()));
   }
   for (const CostChange& cost : result.costs) {
-    refine.costs.push_back({to_string(cost.type), cost.before, cost.after});
+    refine.costs.push_back({cost.name, cost.before, cost.after});
   }
   diagnostics.counts.rejected_factors = static_cast<double>(result.rejected.size());
   before = before_it;

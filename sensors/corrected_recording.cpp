@@ -39,6 +39,14 @@ const Calibration& CorrectedRecording::calibration() const {
 
 std::vector<Warning> CorrectedRecording::warnings() const {
   std::vector<Warning> all = source().warnings();
+  if (const double every = leaps_.counts_every(); every > 0) {
+    char steps[200];
+    std::snprintf(steps, sizeof steps,
+                  "the odometry counts every %.2f s though it is written more often: within that, "
+                  "it does not say where the robot was",
+                  every);
+    all.push_back({"odometry_steps", steps});
+  }
   const auto& leaps = leaps_.leaps();
   if (leaps.empty()) return all;
   const OdometryLeaps::Leap& first = leaps.front();

@@ -11,6 +11,7 @@ struct Odometry {
   Timestamp stamp;
   SE3 T_odom_body;
   bool interpolated = false;  ///< between recorded samples, at another sensor's time
+  bool restarted = false;     ///< counted from elsewhere: the motion to here is not known
 };
 
 /// Covariance of the increment T_from_to in its right tangent (translation, rotation), by the

@@ -22,7 +22,7 @@ void fields(A& a, LaserScan& v) {
 }
 template <class A>
 void fields(A& a, Odometry& v) {
-  a(v.stamp, v.T_odom_body, v.interpolated);
+  a(v.stamp, v.T_odom_body, v.interpolated, v.restarted);
 }
 
 }  // namespace lamina

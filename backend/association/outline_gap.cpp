@@ -1,6 +1,7 @@
 // The nearest two points, and how far each set goes along the way between them.
 #include <lamina/backend/association/outline_gap.hpp>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,6 +21,17 @@ double extent(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& di
   return high - low;
 }
 
+// A lower bound of the gap between two sets: that between their boxes, heights times `heights`.
+double box_gap(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d> b,
+               double heights) {
+  Eigen::AlignedBox3d box_a, box_b;
+  for (const auto& p : a) box_a.extend(p);
+  for (const auto& p : b) box_b.extend(p);
+  const Eigen::Vector3d apart =
+      (box_a.min() - box_b.max()).cwiseMax(box_b.min() - box_a.max()).cwiseMax(0.0);
+  return apart.cwiseProduct(Eigen::Vector3d(1, 1, heights)).norm();
+}
+
 }  // namespace
 
 bool beside(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d> b, double most) {
@@ -27,6 +39,7 @@ bool beside(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d>
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   const bool stroke_a = extent(a, up) < kLevel, stroke_b = extent(b, up) < kLevel;
   const double heights = stroke_a || stroke_b ? 0 : 1;
+  if (box_gap(a, b, heights) > std::max(kSurelyOne, most)) return false;
   double least = std::numeric_limits<double>::infinity();
   Eigen::Vector3d across = Eigen::Vector3d::Zero();
   for (const auto& p : a) {
@@ -36,10 +49,10 @@ bool beside(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d>
       if (squared >= least) continue;
       least = squared;
       across = way;
+      if (squared <= kSurelyOne * kSurelyOne) return true;
     }
   }
   const double gap = std::sqrt(least);
-  if (gap <= kSurelyOne) return true;
   if (!(gap <= most)) return false;
   const double one = extent(a, across / gap), other = extent(b, across / gap);
   return gap <= (stroke_a == stroke_b ? std::min(one, other) : 0.5 * (one + other));

@@ -4,12 +4,15 @@
 namespace lamina {
 namespace {
 
-/// Union-find over keyframes, planes and surfels.
+std::size_t count_of(const Graph& graph) {
+  return graph.keyframes.size() + graph.planes.size() + graph.surfels.size() +
+         graph.custom_states.size();
+}
+
+/// Union-find over keyframes, planes, surfels and custom states.
 class Parts {
  public:
-  explicit Parts(const Graph& graph)
-      : graph_(graph),
-        parent_(graph.keyframes.size() + graph.planes.size() + graph.surfels.size()) {
+  explicit Parts(const Graph& graph) : graph_(graph), parent_(count_of(graph)) {
     for (std::size_t i = 0; i < parent_.size(); ++i) parent_[i] = i;
   }
   std::size_t node(KeyframeId id) const {
@@ -22,6 +25,10 @@ class Parts {
   std::size_t node(SurfelId id) const {
     return graph_.keyframes.size() + graph_.planes.size() +
            static_cast<std::size_t>(&graph_.at(id) - graph_.surfels.data());
+  }
+  std::size_t node(CustomStateId id) const {
+    return graph_.keyframes.size() + graph_.planes.size() + graph_.surfels.size() +
+           static_cast<std::size_t>(&graph_.at(id) - graph_.custom_states.data());
   }
   std::size_t root(std::size_t i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
@@ -50,8 +57,13 @@ std::vector<KeyframeId> keyframes_without_datum(const Graph& graph) {
   for (const auto& s : graph.surfels) parts.join(s.anchor, s.id);
   for (const auto& f : graph.surfel_moments) parts.join(f.keyframe, f.surfel);
   for (const auto& f : graph.surfel_parents) parts.join(f.surfel, f.plane);
-  std::vector<bool> has_datum(graph.keyframes.size() + graph.planes.size() + graph.surfels.size(),
-                              false);
+  for (const auto& f : graph.custom) {
+    for (const StateRef& state : f.states) {
+      std::visit([&](auto a) { std::visit([&](auto b) { parts.join(a, b); }, f.states[0]); },
+                 state);
+    }
+  }
+  std::vector<bool> has_datum(count_of(graph), false);
   for (const auto& k : graph.keyframes) {
     if (k.fixed) has_datum[parts.root(parts.node(k.id))] = true;
   }

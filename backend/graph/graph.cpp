@@ -34,12 +34,18 @@ bool holds(const std::vector<Id>& ids, Id id) {
   return std::find(ids.begin(), ids.end(), id) != ids.end();
 }
 
+template <class Id>
+std::size_t erase_custom_of(std::vector<CustomFactor>& factors, Id id) {
+  return std::erase_if(factors,
+                       [id](const CustomFactor& f) { return holds(f.states, StateRef(id)); });
+}
+
 }  // namespace
 
 const char* to_string(FactorType type) {
   constexpr const char* kNames[] = {"odometry",      "planar_odometry", "loop",    "prior",
                                     "plane_moments", "segment",         "gravity", "surfel_moments",
-                                    "surfel_parent", "marginal_prior"};
+                                    "surfel_parent", "marginal_prior",  "custom"};
   static_assert(std::size(kNames) == kFactorTypes);
   return kNames[static_cast<int>(type)];
 }
@@ -90,6 +96,12 @@ ExtrinsicsId Graph::add_extrinsics(Extrinsics sensor) {
   return extrinsics.back().id;
 }
 
+CustomStateId Graph::add_custom_state(CustomState state) {
+  state.id = CustomStateId(next_custom_state++);
+  custom_states.push_back(std::move(state));
+  return custom_states.back().id;
+}
+
 Keyframe* Graph::find(KeyframeId id) { return find_state(keyframes, id); }
 const Keyframe* Graph::find(KeyframeId id) const { return find_state(keyframes, id); }
 PlaneLandmark* Graph::find(PlaneId id) { return find_state(planes, id); }
@@ -98,6 +110,8 @@ SurfelLandmark* Graph::find(SurfelId id) { return find_state(surfels, id); }
 const SurfelLandmark* Graph::find(SurfelId id) const { return find_state(surfels, id); }
 Extrinsics* Graph::find(ExtrinsicsId id) { return find_state(extrinsics, id); }
 const Extrinsics* Graph::find(ExtrinsicsId id) const { return find_state(extrinsics, id); }
+CustomState* Graph::find(CustomStateId id) { return find_state(custom_states, id); }
+const CustomState* Graph::find(CustomStateId id) const { return find_state(custom_states, id); }
 
 void Graph::missing() { throw std::logic_error("graph: no state has this id"); }
 
@@ -111,6 +125,7 @@ std::size_t Graph::remove(KeyframeId id) {
           std::erase_if(gravity, single) + std::erase_if(surfel_moments, single);
   gone += std::erase_if(marginal_priors,
                         [id](const MarginalPrior& f) { return holds(f.keyframes, id); });
+  gone += erase_custom_of(custom, id);
   std::vector<SurfelId> carried;
   for (const auto& surfel : surfels) {
     if (surfel.anchor == id) carried.push_back(surfel.id);
@@ -126,6 +141,7 @@ std::size_t Graph::remove(PlaneId id) {
                      std::erase_if(surfel_parents, single);
   gone +=
       std::erase_if(marginal_priors, [id](const MarginalPrior& f) { return holds(f.planes, id); });
+  gone += erase_custom_of(custom, id);
   for (auto& surfel : surfels) {
     if (surfel.parent == id) surfel.parent = PlaneId::kNone;
   }
@@ -157,6 +173,9 @@ void Graph::merge_planes(PlaneId from, PlaneId into) {
   redirect(plane_moments);
   redirect(segments);
   redirect(surfel_parents);
+  for (CustomFactor& factor : custom) {
+    std::replace(factor.states.begin(), factor.states.end(), StateRef(from), StateRef(into));
+  }
   for (auto& surfel : surfels) {
     if (surfel.parent == from) surfel.parent = into;
   }
@@ -180,7 +199,7 @@ void Graph::merge_planes(PlaneId from, PlaneId into) {
 std::size_t Graph::factor_count() const {
   return odometry.size() + planar_odometry.size() + loops.size() + priors.size() +
          plane_moments.size() + segments.size() + gravity.size() + surfel_moments.size() +
-         surfel_parents.size() + marginal_priors.size();
+         surfel_parents.size() + marginal_priors.size() + custom.size();
 }
 
 }  // namespace lamina

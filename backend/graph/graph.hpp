@@ -12,6 +12,8 @@
 #include <string>
 #include <vector>
 
+#include <lamina/backend/graph/custom_factor.hpp>
+#include <lamina/backend/graph/ids.hpp>
 #include <lamina/models/lie/se3.hpp>
 #include <lamina/models/moments.hpp>
 #include <lamina/models/plane.hpp>
@@ -20,12 +22,6 @@
 #include <lamina/models/timestamp.hpp>
 
 namespace lamina {
-
-/// Ids are given by the Graph in rising order and never used twice; -1 stands for none.
-enum class KeyframeId : std::int64_t { kNone = -1 };
-enum class PlaneId : std::int64_t { kNone = -1 };
-enum class SurfelId : std::int64_t { kNone = -1 };
-enum class ExtrinsicsId : std::int64_t { kNone = -1 };
 
 // ---------------------------------------------------------------------------------- states
 
@@ -192,9 +188,10 @@ enum class FactorType {
   kGravity,
   kSurfelMoments,
   kSurfelParent,
-  kMarginalPrior
+  kMarginalPrior,
+  kCustom
 };
-inline constexpr int kFactorTypes = 10;
+inline constexpr int kFactorTypes = 11;
 const char* to_string(FactorType type);
 
 /// A factor by its place in the Graph's vector of its type.
@@ -213,6 +210,7 @@ struct Graph {
   std::vector<PlaneLandmark> planes;
   std::vector<SurfelLandmark> surfels;
   std::vector<Extrinsics> extrinsics;
+  std::vector<CustomState> custom_states;
 
   std::vector<OdometryFactor> odometry;
   std::vector<PlanarOdometryFactor> planar_odometry;
@@ -224,14 +222,17 @@ struct Graph {
   std::vector<SurfelMomentsFactor> surfel_moments;
   std::vector<SurfelParentFactor> surfel_parents;
   std::vector<MarginalPrior> marginal_priors;
+  std::vector<CustomFactor> custom;
 
   /// The ids the next add_* gives.
   std::int64_t next_keyframe = 0, next_plane = 0, next_surfel = 0, next_extrinsics = 0;
+  std::int64_t next_custom_state = 0;
 
   KeyframeId add_keyframe(Timestamp stamp, const SE3& T_map_body);
   PlaneId add_plane(PlaneLandmark plane);
   SurfelId add_surfel(SurfelLandmark surfel);
   ExtrinsicsId add_extrinsics(Extrinsics sensor);
+  CustomStateId add_custom_state(CustomState state);
 
   Keyframe* find(KeyframeId id);
   const Keyframe* find(KeyframeId id) const;
@@ -241,6 +242,8 @@ struct Graph {
   const SurfelLandmark* find(SurfelId id) const;
   Extrinsics* find(ExtrinsicsId id);
   const Extrinsics* find(ExtrinsicsId id) const;
+  CustomState* find(CustomStateId id);
+  const CustomState* find(CustomStateId id) const;
 
   /// As find, but a missing id is a broken promise (std::logic_error).
   template <class Id>
@@ -264,7 +267,7 @@ struct Graph {
   void merge_planes(PlaneId from, PlaneId into);
 
   /// The same graph in another map frame: poses, planes, priors and covariances move as one body.
-  /// Gravity factors know where up is: none may be there (std::logic_error).
+  /// Gravity and custom factors say where the map is: none may be there (std::logic_error).
   void move(const SE3& T_new_map);
 
   std::size_t factor_count() const;

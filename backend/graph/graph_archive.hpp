@@ -68,11 +68,41 @@ void fields(A& a, MarginalPrior& v) {
   a(v.keyframes, v.poses_linear, v.planes, v.planes_linear, v.surfels, v.surfels_linear,
     v.sqrt_information, v.residual);
 }
+/// A kind of manifold or factor comes back as it is registered.
+template <class A>
+void fields(A& a, CustomState& v) {
+  a(v.id, v.kind, v.values, v.fixed);
+  if constexpr (A::kReading) {
+    if (!v.kind.empty()) v.manifold = find_manifold(v.kind);
+  }
+}
+/// By number: which kind of state, and its id.
+template <class A>
+void fields(A& a, StateRef& v) {
+  std::uint8_t kind = static_cast<std::uint8_t>(v.index());
+  std::int64_t id = std::visit([](auto one) { return static_cast<std::int64_t>(one); }, v);
+  a(kind, id);
+  if constexpr (A::kReading) {
+    v = kind == 0   ? StateRef(KeyframeId(id))
+        : kind == 1 ? StateRef(PlaneId(id))
+                    : StateRef(CustomStateId(id));
+  }
+}
+template <class A>
+void fields(A& a, CustomFactor& v) {
+  a(v.kind, v.states, v.data, v.may_be_wrong, v.weight);
+  if constexpr (A::kReading) {
+    const CustomFactor made = make_factor(v.kind, v.data);
+    v.cost = made.cost;
+    v.loss = made.loss;
+  }
+}
 template <class A>
 void fields(A& a, Graph& v) {
   a(v.keyframes, v.planes, v.surfels, v.extrinsics, v.odometry, v.planar_odometry, v.loops,
     v.priors, v.plane_moments, v.segments, v.gravity, v.surfel_moments, v.surfel_parents,
-    v.marginal_priors, v.next_keyframe, v.next_plane, v.next_surfel, v.next_extrinsics);
+    v.marginal_priors, v.next_keyframe, v.next_plane, v.next_surfel, v.next_extrinsics,
+    v.custom_states, v.custom, v.next_custom_state);
 }
 
 }  // namespace lamina

@@ -64,6 +64,10 @@ void check_states(const Graph& graph, Findings& findings) {
   check_order("plane", graph.planes, graph.next_plane, findings);
   check_order("surfel", graph.surfels, graph.next_surfel, findings);
   check_order("extrinsics", graph.extrinsics, graph.next_extrinsics, findings);
+  check_order("custom_state", graph.custom_states, graph.next_custom_state, findings);
+  for (std::size_t i = 0; i < graph.custom_states.size(); ++i) {
+    findings.needs_finite("custom_state", i, graph.custom_states[i].values.allFinite());
+  }
   for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
     findings.needs_finite("keyframe", i, finite(graph.keyframes[i].T_map_body));
   }
@@ -139,6 +143,10 @@ std::vector<std::string> Graph::problems() const {
   }
   check_observations(*this, findings);
   check_marginals(*this, findings);
+  for (std::size_t i = 0; i < custom.size(); ++i) {
+    const std::string problem = problem_of(custom[i], *this);
+    if (!problem.empty()) findings.say("custom factor", i, "'" + custom[i].kind + "' " + problem);
+  }
   return findings.lines;
 }
 

@@ -21,7 +21,7 @@ void move_prior(MarginalPrior& prior, const SE3& T) {
 }  // namespace
 
 void Graph::move(const SE3& T) {
-  LAMINA_CHECK(gravity.empty());
+  LAMINA_CHECK(gravity.empty() && custom.empty());
   for (Keyframe& keyframe : keyframes) keyframe.T_map_body = T * keyframe.T_map_body;
   for (PlaneLandmark& plane : planes) {
     if (plane.covariance) {

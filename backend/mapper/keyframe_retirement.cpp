@@ -34,6 +34,12 @@ std::optional<OdometryFactor> chained_past(const Graph& graph, KeyframeId id) {
   return OdometryFactor{in->from, out->to, in->T_from_to * out->T_from_to, S};
 }
 
+bool has_custom_factor(const Graph& graph, KeyframeId id) {
+  return std::any_of(graph.custom.begin(), graph.custom.end(), [id](const CustomFactor& f) {
+    return std::find(f.states.begin(), f.states.end(), StateRef(id)) != f.states.end();
+  });
+}
+
 // The keyframe's loops tell nothing new: each agrees with the poses there are, and its place is
 // held by loops of enough others: a loop is told by a few metres of the way, so those begun within
 // half of that hold the same place.
@@ -106,6 +112,7 @@ bool KeyframeRetirement::retire(WorkingMap& map, KeyframeId id) {
   const MapperOptions& options = map.options;
   const Keyframe* keyframe = map.graph.find(id);
   if (!keyframe || keyframe->fixed || options.reuse_distance_m <= 0) return false;
+  if (has_custom_factor(map.graph, id)) return false;
   if (!loops_can_go(map.graph, *keyframe, options.reuse_angle_deg * kDegree)) return false;
   const Keyframe* stand_in = nearest_older(map, *keyframe);
   if (!stand_in) return false;

@@ -41,7 +41,8 @@ struct MapOverlap {
 
 /// Adds map b to map a, moved to where it lies; planes of b that are planes of a are merged into
 /// them, all other ids of b are raised to be new. b's datum goes: a's holds both, with its doubts
-/// of mountings and wheels. Stamps stay. Refine afterwards: shared planes tie the two together, and
+/// of mountings and wheels. Custom factors of b stay behind: they say where its own map is. Stamps
+/// stay. Refine afterwards: shared planes tie the two together, and
 /// nothing else does.
 void append(MapState& a, const MapState& b, const MapOverlap& overlap);
 

@@ -12,6 +12,7 @@
 #include <lamina/backend/mapper/plane_revision.hpp>
 #include <lamina/backend/mapper/view_association.hpp>
 #include <lamina/backend/solver/covariance.hpp>
+#include <lamina/models/error.hpp>
 
 namespace lamina {
 namespace {
@@ -247,6 +248,31 @@ bool Mapper::add_loop(KeyframeId from, KeyframeId to, const SE3& T_from_to,
   map_.graph.loops.push_back(factor);
   map_.window.add(factor);  // where both ends are in it
   return true;
+}
+
+void Mapper::add_factor(const CustomFactor& factor) {
+  const std::string problem = problem_of(factor, map_.graph);
+  if (!problem.empty()) {
+    throw Error("factor '" + factor.kind + "' " + problem + ", expected states of this map");
+  }
+  map_.graph.custom.push_back(factor);
+  map_.window.add(factor);  // where it is of keyframes that are in it
+}
+
+CustomStateId Mapper::add_state(const CustomState& state) {
+  return map_.graph.add_custom_state(state);
+}
+
+std::optional<MapFrame> Mapper::keyframe_at(Timestamp stamp, double tolerance_s) const {
+  std::optional<MapFrame> nearest;
+  double off = tolerance_s;
+  map_.frames.for_each([&](const MapFrame& frame) {
+    const double seconds = std::abs(frame.stamp - stamp);
+    if (seconds > off || !map_.graph.find(frame.keyframe)) return;
+    off = seconds;
+    nearest = frame;
+  });
+  return nearest;
 }
 
 RefineResult Mapper::refine(RefineOptions options,

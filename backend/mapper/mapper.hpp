@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 
 #include <lamina/backend/mapper/keyframe_retirement.hpp>
 #include <lamina/backend/mapper/localization.hpp>
@@ -44,6 +45,16 @@ class Mapper {
   /// A motion between two keyframes from place recognition or scan matching. It may be wrong: the
   /// refiner decides. False when a keyframe is not there (any more).
   bool add_loop(KeyframeId from, KeyframeId to, const SE3& T_from_to, const Matrix6d& covariance);
+
+  /// A factor of a user's own on keyframes, planes and states of the map: in the window as long as
+  /// all that it reads are keyframes there, and in every refinement. Its keyframes stay (they are
+  /// not retired). Throws lamina::Error where it does not fit the map, saying how.
+  void add_factor(const CustomFactor& factor);
+  /// A state of a user's own, for factors to read.
+  CustomStateId add_state(const CustomState& state);
+  /// The keyframe that carries the frame nearest in time to `stamp`, and that frame's pose in it;
+  /// nullopt: no frame within `tolerance_s`.
+  std::optional<MapFrame> keyframe_at(Timestamp stamp, double tolerance_s = 0.2) const;
 
   /// Refines the whole graph and makes outlines and frames anew from it; the window goes on from
   /// there.

@@ -19,6 +19,7 @@ void each_doubtful(RobustWeights& values, F&& f) {
   f(FactorType::kPlaneMoments, values.plane_moments);
   f(FactorType::kSegment, values.segments);
   f(FactorType::kLoop, values.loops);
+  f(FactorType::kCustom, values.custom);
 }
 
 double largest(RobustWeights& values) {
@@ -49,6 +50,7 @@ void store_weights(Graph& graph, const RobustWeights& weights) {
     graph.segments[i].weight = weights.segments[i];
   }
   for (std::size_t i = 0; i < graph.loops.size(); ++i) graph.loops[i].weight = weights.loops[i];
+  for (std::size_t i = 0; i < graph.custom.size(); ++i) graph.custom[i].weight = weights.custom[i];
 }
 
 /// Runs minimize() on the graph and keeps count.
@@ -137,11 +139,13 @@ RobustWeights judged(RobustWeights chi2, double limit, const RobustWeights& befo
   judge_all(chi2.plane_moments, before.plane_moments);
   judge_all(chi2.segments, before.segments);
   judge_all(chi2.loops, before.loops);
+  judge_all(chi2.custom, before.custom);
   return chi2;
 }
 
 bool same(const RobustWeights& a, const RobustWeights& b) {
-  return a.plane_moments == b.plane_moments && a.segments == b.segments && a.loops == b.loops;
+  return a.plane_moments == b.plane_moments && a.segments == b.segments && a.loops == b.loops &&
+         a.custom == b.custom;
 }
 
 /// Median chi-squared of what has to be drawn together: loops, and observations outside their
@@ -218,6 +222,7 @@ std::vector<FactorRef> rejected_factors(const Graph& graph) {
   look(FactorType::kPlaneMoments, graph.plane_moments);
   look(FactorType::kSegment, graph.segments);
   look(FactorType::kLoop, graph.loops);
+  look(FactorType::kCustom, graph.custom);
   return rejected;
 }
 

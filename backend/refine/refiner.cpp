@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <map>
+#include <string>
 
 #include <lamina/backend/refine/graduated_non_convexity.hpp>
 #include <lamina/backend/refine/loop_reconsideration.hpp>
@@ -32,7 +33,25 @@ std::array<std::size_t, kFactorTypes> counts_of(const Graph& graph) {
   set(FactorType::kSurfelMoments, graph.surfel_moments.size());
   set(FactorType::kSurfelParent, graph.surfel_parents.size());
   set(FactorType::kMarginalPrior, graph.marginal_priors.size());
+  set(FactorType::kCustom, graph.custom.size());
   return counts;
+}
+
+struct CustomCost {
+  std::size_t factors = 0;
+  double cost = 0;
+};
+
+/// Of a user's factors, by kind, as they are weighted.
+std::map<std::string, CustomCost> custom_costs(const Graph& graph) {
+  std::map<std::string, CustomCost> costs;
+  for (const CustomFactor& factor : graph.custom) {
+    CustomCost& of_kind = costs[factor.kind];
+    ++of_kind.factors;
+    CustomEvaluation e;
+    if (evaluate_at(factor, graph, e)) of_kind.cost += factor.weight * e.robust;
+  }
+  return costs;
 }
 
 /// Of the types that the graph has factors of.
@@ -41,9 +60,9 @@ std::vector<CostChange> costs_of(const Graph& graph, const RobustOutcome& outcom
   const auto counts = counts_of(graph);
   for (int t = 0; t < kFactorTypes; ++t) {
     const auto k = static_cast<std::size_t>(t);
-    if (counts[k] == 0) continue;
-    costs.push_back(
-        {static_cast<FactorType>(t), counts[k], outcome.initial_cost[k], outcome.final_cost[k]});
+    if (counts[k] == 0 || k == static_cast<std::size_t>(FactorType::kCustom)) continue;
+    costs.push_back({static_cast<FactorType>(t), to_string(static_cast<FactorType>(t)), counts[k],
+                     outcome.initial_cost[k], outcome.final_cost[k]});
   }
   return costs;
 }
@@ -59,6 +78,7 @@ RefineResult refine(Graph& graph, const RefineOptions& options,
     result.status = SolveStatus::kInvalidInput;
     return result;
   }
+  auto custom_before = custom_costs(graph);
   result.held = keyframes_without_datum(graph);
   for (const KeyframeId id : result.held) graph.at(id).fixed = true;
   std::vector<MarginalPrior> priors = hold_what_nothing_tells(graph);
@@ -76,6 +96,10 @@ RefineResult refine(Graph& graph, const RefineOptions& options,
   result.rounds = outcome.rounds;
   result.rejected = outcome.rejected;
   result.costs = costs_of(graph, outcome);
+  for (const auto& [kind, after] : custom_costs(graph)) {
+    result.costs.push_back(
+        {FactorType::kCustom, kind, after.factors, custom_before[kind].cost, after.cost});
+  }
   result.rank_deficiency = outcome.engine->rank_deficiency();
   for (const KeyframeId id : result.held) graph.at(id).fixed = false;
   graph.marginal_priors = std::move(priors);

@@ -38,6 +38,7 @@ struct RefineOptions {
 
 struct CostChange {
   FactorType type = FactorType::kOdometry;
+  std::string name;  ///< of the type; of a user's factors their kind
   std::size_t factors = 0;
   double before = 0, after = 0;  ///< sum of squared whitened residuals
 };

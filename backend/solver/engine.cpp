@@ -49,6 +49,13 @@ RobustWeights chi_squared_of(const Graph& graph) {
     }
     all.plane_moments.push_back(f.moments_body.cost(T_anchor_body.inverse() * plane.plane_anchor));
   }
+  for (const CustomFactor& f : graph.custom) {
+    CustomEvaluation e;
+    const bool asked = f.may_be_wrong;
+    const bool evaluated = asked && evaluate_at(f, graph, e);
+    all.custom.push_back(evaluated ? e.chi_squared
+                                   : asked ? std::numeric_limits<double>::infinity() : 0.0);
+  }
   return all;
 }
 

@@ -30,6 +30,7 @@ enum class Parts {
 /// One number for each factor that may be doubted, in the graph's order: a weight, or chi-squared.
 struct RobustWeights {
   std::vector<double> plane_moments, segments, loops;
+  std::vector<double> custom;  ///< chi-squared 0 of those that may not be wrong
 };
 
 /// Chi-squared of every doubtful factor at the graph's states, its weight left aside.
@@ -103,7 +104,8 @@ class BatchEngine {
  public:
   virtual ~BatchEngine() = default;
 
-  /// Columns: 6 a free pose, 3 a free plane, surfel, extrinsics; of turns 3 and 2.
+  /// Columns: 6 a free pose, 3 a free plane, surfel, extrinsics, custom states as they say; of
+  /// turns 3 and 2.
   virtual int dimension() const = 0;
   virtual CostByType cost() const = 0;
   /// Of every doubtful factor, its weight left aside; 0 for those left out.

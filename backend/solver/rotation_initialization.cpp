@@ -12,6 +12,7 @@ GraphStates states_of(const Graph& graph) {
   for (const PlaneLandmark& p : graph.planes) states.planes.push_back(p.plane_anchor);
   for (const SurfelLandmark& s : graph.surfels) states.surfels.push_back(s.state);
   for (const Extrinsics& e : graph.extrinsics) states.sensors.push_back(e.state);
+  for (const CustomState& c : graph.custom_states) states.custom.push_back(c.values);
   return states;
 }
 
@@ -27,6 +28,9 @@ void put_back(const GraphStates& states, Graph& graph) {
   }
   for (std::size_t i = 0; i < states.sensors.size(); ++i) {
     graph.extrinsics[i].state = states.sensors[i];
+  }
+  for (std::size_t i = 0; i < states.custom.size(); ++i) {
+    graph.custom_states[i].values = states.custom[i];
   }
 }
 

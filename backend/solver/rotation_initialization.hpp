@@ -23,6 +23,7 @@ struct GraphStates {
   std::vector<SE3> poses;
   std::vector<Plane> planes;
   std::vector<Eigen::Vector3d> surfels, sensors;
+  std::vector<Eigen::VectorXd> custom;
 };
 GraphStates states_of(const Graph& graph);
 /// Of the same graph: nothing was added or removed since.

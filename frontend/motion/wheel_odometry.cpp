@@ -50,6 +50,7 @@ void WheelTrack::add(const Odometry& odometry) {
 
 // Readers that give odometry at scans alone leave no hole between slow scans.
 bool WheelTrack::hole(const Odometry& before, const Odometry& after) const {
+  if (after.restarted) return true;
   constexpr double kLong = 1, kUnusual = 4;  // s; times the usual interval
   return is_hole(before.T_odom_body, after.T_odom_body, after.stamp - before.stamp,
                  std::max(kLong, kUnusual * usual_));
@@ -80,7 +81,7 @@ std::optional<SE3> WheelTrack::at(Timestamp stamp) const {
 
 std::optional<Increment> WheelTrack::between(Timestamp from, Timestamp to) const {
   const auto start = at(from), end = at(to);
-  if (!start || !end) return std::nullopt;
+  if (!start || !end || restarted_within(from, to)) return std::nullopt;
   Increment sum{SE3(), Matrix6d::Zero()};
   Odometry last{from, *start};
   const auto step = [&](const Odometry& next) {
@@ -109,8 +110,14 @@ std::optional<Vector6d> WheelTrack::velocity(Timestamp from, Timestamp to) const
   const Timestamp begin = std::max(samples_.front().stamp, from + -late), end = to + -late;
   if (late > kMaxGap || !(begin < end)) return std::nullopt;
   const auto T_begin = at(begin), T_end = at(end);
-  if (!T_begin || !T_end) return std::nullopt;  // in a hole
+  if (!T_begin || !T_end || restarted_within(begin, end)) return std::nullopt;  // in a hole
   return Vector6d((T_begin->inverse() * *T_end).log() / (end - begin));
+}
+
+bool WheelTrack::restarted_within(Timestamp from, Timestamp to) const {
+  return std::any_of(samples_.begin(), samples_.end(), [&](const Odometry& sample) {
+    return sample.restarted && sample.stamp > from && sample.stamp <= to;
+  });
 }
 
 bool WheelTrack::several_within(Timestamp from, Timestamp to) const {

@@ -59,6 +59,7 @@ class WheelTrack {
 
  private:
   bool hole(const Odometry& before, const Odometry& after) const;
+  bool restarted_within(Timestamp from, Timestamp to) const;
 
   OdometryModel model_;
   std::deque<Odometry> samples_;

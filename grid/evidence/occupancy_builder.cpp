@@ -138,6 +138,7 @@ ScanOccupancy occupancy_of_scans(const ForEachScan& for_each_scan, const Traject
     all.low = std::min(all.low, height);
     all.high = std::max(all.high, height);
   });
+  if (scanners || all.grid) all.seen_through = (scanners ? *scanners : *all.grid).seen_through();
   if (all.of_images) all.scanners = std::move(scanners);
   return all;
 }

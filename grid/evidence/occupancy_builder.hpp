@@ -19,6 +19,7 @@ struct ScanOccupancy {
   bool of_images = false;             ///< there are scans made of images
   /// Of real scans alone, strays and all; empty without these, or where there are no others.
   std::optional<OccupancyGrid> scanners;
+  double seen_through = 0;  ///< OccupancyGrid::seen_through() of real scans, or of images
   double low = std::numeric_limits<double>::infinity();
   double high = -low;  ///< m, heights of scanners above their ground, from low to high
 };

@@ -49,7 +49,7 @@ SolvedBenchmark solve_offline(const PlaneGraph& problem, const std::filesystem::
   refine.iterations = result.refine.iterations;
   refine.status = to_string(result.refine.status);
   for (const CostChange& cost : result.refine.costs) {
-    refine.costs.push_back({to_string(cost.type), cost.before, cost.after});
+    refine.costs.push_back({cost.name, cost.before, cost.after});
   }
   metrics.refine = refine;
   metrics.counts.rejected_factors = static_cast<double>(result.refine.rejected.size());

@@ -179,6 +179,10 @@ TEST(Contract, AMapHasItsFilesAndKeys) {
   EXPECT_TRUE(metrics["refine"].contains("iterations"));
   EXPECT_EQ(metrics["refine"]["status"], "converged");
   EXPECT_GT(metrics["peak_rss_mb"], 1);
+  EXPECT_GT(metrics["total_s"], 0);
+  for (const char* text : {"input", "version", "command"}) {
+    EXPECT_FALSE(metrics[text].get<std::string>().empty()) << text;
+  }
   EXPECT_TRUE(metrics.contains("skipped"));
   const auto planes = nlohmann::json::parse(text_of(map / "planes.json"))["planes"];
   ASSERT_GT(planes.size(), 3u);

@@ -1,6 +1,9 @@
 // Counters that are set anew on the way.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include <lamina/sensors/odometry_leaps.hpp>
 
 namespace lamina {
@@ -76,6 +79,48 @@ TEST(OdometryLeaps, MotionsOfRobotsAreNone) {
   EXPECT_TRUE(starts.leaps.leaps().empty());
   EXPECT_TRUE(slow.leaps.leaps().empty());
   EXPECT_TRUE(bunched.leaps.leaps().empty());
+}
+
+// A line every 0.05 s, a count every 0.8 s: from standing and on the way.
+TEST(OdometryLeaps, ACounterReadMoreOftenThanItCountsIsNoLeap) {
+  Counter run;
+  for (int i = 0; i < 400; ++i) {
+    const double t = 0.05 * i;
+    const double counted = 0.8 * std::floor(t / 0.8);
+    run.add(t, drive(std::max(0.0, counted - 3)));
+  }
+  EXPECT_TRUE(run.leaps.leaps().empty());
+  EXPECT_NEAR(run.leaps.counts_every(), 0.8, 1e-6);
+  // Standing for seconds does not let a leap pass.
+  Counter stands;
+  for (int i = 0; i < 400; ++i) {
+    const double t = 0.05 * i;
+    stands.add(t, (t < 15 ? SE3() : SE3::planar(3, 0, 0)) * drive(std::min(t, 5.0)));
+  }
+  EXPECT_EQ(stands.leaps.leaps().size(), 1u);
+  EXPECT_EQ(stands.leaps.counts_every(), 0);
+}
+
+TEST(OdometryLeaps, ACounterAtItsOriginAfterAHoleWasRestarted) {
+  OdometryLeaps leaps;
+  bool said = false;
+  for (int i = 0; i < 200; ++i) {
+    const double t = 0.05 * i;
+    if (t > 4 && t < 7) continue;
+    const SE3 T = t < 5 ? drive(t) : drive(7).inverse() * drive(t);
+    const Odometry one = leaps.add({Timestamp::from_seconds(t), T, false});
+    said = said || one.restarted;
+    EXPECT_EQ(one.restarted, said && leaps.leaps().size() == 1 && t < 7.04) << t;
+  }
+  EXPECT_TRUE(said);
+  // The same hole where the counter counted on.
+  OdometryLeaps none;
+  for (int i = 0; i < 200; ++i) {
+    const double t = 0.05 * i;
+    if (t > 4 && t < 7) continue;
+    EXPECT_FALSE(none.add({Timestamp::from_seconds(t), drive(t), false}).restarted);
+  }
+  EXPECT_TRUE(none.leaps().empty());
 }
 
 }  // namespace

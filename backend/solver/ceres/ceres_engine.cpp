@@ -15,13 +15,12 @@ namespace {
 
 // Nothing but the callback and the number of iterations ends a solve.
 ceres::Solver::Options solver_options(const MinimizerOptions& options) {
-  constexpr double kLargestRadius = 1e12;  // relative damping of 1e-12
   ceres::Solver::Options o;
   o.num_threads = 1;
   o.logging_type = ceres::SILENT;
   o.max_num_iterations = options.max_iterations;
   o.max_trust_region_radius = 1e16;
-  o.initial_trust_region_radius = std::min(kLargestRadius, 1 / options.initial_damping);
+  o.initial_trust_region_radius = std::min(1e12, 1 / options.initial_damping);
   o.min_trust_region_radius = 1 / options.max_damping;
   o.function_tolerance = 0;
   o.gradient_tolerance = 0;
@@ -48,6 +47,7 @@ void eliminate_first(const SolverChoice& choice, CeresGraph& problem, ceres::Sol
   }
   for (std::size_t i = 0; i < sizes.keyframes; ++i) put(problem.pose(i), 1);
   for (std::size_t i = 0; i < sizes.extrinsics; ++i) put(problem.extrinsics(i), 1);
+  for (std::size_t i = 0; i < sizes.custom; ++i) put(problem.custom(i), 1);
 }
 
 /// Follows a solve, step by step, and ends it.
@@ -157,6 +157,7 @@ RobustWeights CeresEngine::chi_squared() const {
   drop_those_left_out(graph_.plane_moments, all.plane_moments);
   drop_those_left_out(graph_.segments, all.segments);
   drop_those_left_out(graph_.loops, all.loops);
+  drop_those_left_out(graph_.custom, all.custom);
   return all;
 }
 

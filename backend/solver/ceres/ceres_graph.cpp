@@ -3,7 +3,9 @@
 
 #include <ceres/ceres.h>
 
+#include <algorithm>
 #include <array>
+#include <type_traits>
 #include <utility>
 
 #include <lamina/backend/graph/factors/gravity.hpp>
@@ -42,12 +44,43 @@ class Weighted final : public ceres::LossFunction {
   const double* weight_;
 };
 
+/// A cost function that the graph goes on owning.
+class SharedCost final : public ceres::CostFunction {
+ public:
+  explicit SharedCost(std::shared_ptr<ceres::CostFunction> cost) : cost_(std::move(cost)) {
+    set_num_residuals(cost_->num_residuals());
+    *mutable_parameter_block_sizes() = cost_->parameter_block_sizes();
+  }
+  bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override {
+    return cost_->Evaluate(x, residuals, jacobians);
+  }
+
+ private:
+  std::shared_ptr<ceres::CostFunction> cost_;
+};
+
+/// A loss that the graph goes on owning, times a weight that may change.
+class WeightedLoss final : public ceres::LossFunction {
+ public:
+  WeightedLoss(std::shared_ptr<ceres::LossFunction> loss, const double& weight)
+      : loss_(std::move(loss)), weight_(&weight) {}
+  void Evaluate(double chi2, double* rho) const override {
+    loss_->Evaluate(chi2, rho);
+    for (int i = 0; i < 3; ++i) rho[i] *= *weight_;
+  }
+
+ private:
+  std::shared_ptr<ceres::LossFunction> loss_;
+  const double* weight_;
+};
+
 }  // namespace
 
 struct CeresGraph::Impl {
   std::vector<Block<PoseState>> poses;
   std::vector<Block<PlaneState>> planes;
   std::vector<Block<FlatState>> surfels, extrinsics;
+  std::vector<CustomState> custom;  ///< their values are the blocks
   StateManifolds manifolds;
   bool turns_only;
   RobustWeights weights;  ///< of the graph's doubtful factors; 0: not taken in
@@ -65,6 +98,7 @@ struct CeresGraph::Impl {
   void add_pose_factors(const Graph& graph);
   void add_plane_factors(const Graph& graph);
   void add_surfel_factors(const Graph& graph);
+  void add_custom_factors(const Graph& graph);
   double* pose(const Graph& g, KeyframeId id) {
     return poses[index_in(g.keyframes, g.at(id))].data();
   }
@@ -81,7 +115,9 @@ CeresGraph::Impl::Impl(const Graph& graph, Parts parts) : turns_only(parts == Pa
   add_blocks(graph);
   add_pose_factors(graph);
   add_plane_factors(graph);
-  if (!turns_only) add_surfel_factors(graph);
+  if (turns_only) return;
+  add_surfel_factors(graph);
+  add_custom_factors(graph);
 }
 
 void CeresGraph::Impl::add_blocks(const Graph& graph) {
@@ -116,6 +152,39 @@ void CeresGraph::Impl::add_blocks(const Graph& graph) {
       add(FactorType::kPrior, make_cost(ExtrinsicsPriorTerm(graph.extrinsics[i])), nullptr,
           extrinsics[i].data());
     }
+  }
+}
+
+void CeresGraph::Impl::add_custom_factors(const Graph& g) {
+  custom = g.custom_states;
+  for (CustomState& state : custom) {
+    problem->AddParameterBlock(state.values.data(), state.ambient(),
+                               const_cast<ceres::Manifold*>(state.manifold.get()));
+    if (state.fixed) problem->SetParameterBlockConstant(state.values.data());
+  }
+  const auto block = [&](auto id) -> double* {
+    if constexpr (std::is_same_v<decltype(id), KeyframeId>) {
+      return pose(g, id);
+    } else if constexpr (std::is_same_v<decltype(id), PlaneId>) {
+      return plane(g, id);
+    } else {
+      return custom[index_in(g.custom_states, g.at(id))].values.data();
+    }
+  };
+  weights.custom.assign(g.custom.size(), 0);
+  for (std::size_t i = 0; i < g.custom.size(); ++i) {
+    const CustomFactor& f = g.custom[i];
+    if (!(f.weight > 0)) continue;
+    weights.custom[i] = f.weight;
+    std::vector<double*> blocks;
+    for (const StateRef& state : f.states) blocks.push_back(std::visit(block, state));
+    ceres::LossFunction* loss = nullptr;
+    if (f.loss) {
+      loss = new WeightedLoss(f.loss, weights.custom[i]);
+    } else {
+      loss = new Weighted(weights.custom[i]);
+    }
+    add(FactorType::kCustom, new SharedCost(f.cost), loss, blocks);
   }
 }
 
@@ -215,9 +284,10 @@ double* CeresGraph::pose(std::size_t keyframe) { return impl_->poses[keyframe].d
 double* CeresGraph::plane(std::size_t plane) { return impl_->planes[plane].data(); }
 double* CeresGraph::surfel(std::size_t surfel) { return impl_->surfels[surfel].data(); }
 double* CeresGraph::extrinsics(std::size_t sensor) { return impl_->extrinsics[sensor].data(); }
+double* CeresGraph::custom(std::size_t state) { return impl_->custom[state].values.data(); }
 SizesOfGraph CeresGraph::sizes() const {
   return {impl_->poses.size(), impl_->planes.size(), impl_->surfels.size(),
-          impl_->extrinsics.size()};
+          impl_->extrinsics.size(), impl_->custom.size()};
 }
 
 int CeresGraph::dimension() const {
@@ -252,6 +322,7 @@ void CeresGraph::set_weights(const RobustWeights& weights) {
   set(weights.plane_moments, impl_->weights.plane_moments);
   set(weights.segments, impl_->weights.segments);
   set(weights.loops, impl_->weights.loops);
+  set(weights.custom, impl_->weights.custom);
 }
 
 void CeresGraph::hold_turns(bool held) {
@@ -283,6 +354,10 @@ void CeresGraph::read(const Graph& graph) {
   for (std::size_t i = 0; i < graph.extrinsics.size(); ++i) {
     FlatState(graph.extrinsics[i].state).write(impl_->extrinsics[i].data());
   }
+  for (std::size_t i = 0; i < impl_->custom.size(); ++i) {
+    Eigen::VectorXd& values = impl_->custom[i].values;  // stays where it is: it is a block
+    std::copy_n(graph.custom_states[i].values.data(), values.size(), values.data());
+  }
 }
 
 void CeresGraph::write(Graph& graph) const {
@@ -299,6 +374,9 @@ void CeresGraph::write(Graph& graph) const {
   }
   for (std::size_t i = 0; i < graph.extrinsics.size(); ++i) {
     graph.extrinsics[i].state = FlatState(impl_->extrinsics[i].data()).x;
+  }
+  for (std::size_t i = 0; i < impl_->custom.size(); ++i) {
+    graph.custom_states[i].values = impl_->custom[i].values;
   }
 }
 

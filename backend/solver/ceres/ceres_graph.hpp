@@ -13,7 +13,7 @@ namespace lamina {
 
 /// How many states of each kind a graph has.
 struct SizesOfGraph {
-  std::size_t keyframes = 0, planes = 0, surfels = 0, extrinsics = 0;
+  std::size_t keyframes = 0, planes = 0, surfels = 0, extrinsics = 0, custom = 0;
 };
 
 /// Owns the parameter blocks and the problem, which may be given more blocks and residuals. Blocks
@@ -34,6 +34,7 @@ class CeresGraph {
   double* plane(std::size_t plane);
   double* surfel(std::size_t surfel);
   double* extrinsics(std::size_t sensor);
+  double* custom(std::size_t state);
   SizesOfGraph sizes() const;
 
   /// Tangent numbers of the blocks that are not constant.

@@ -141,6 +141,40 @@ class WindowPriorCost final : public ceres::CostFunction {
   std::vector<const PlaneBlock*> planes_;
 };
 
+/// A user's factor, first estimates where its keyframes are frozen.
+class WindowCustomCost final : public ceres::CostFunction {
+ public:
+  WindowCustomCost(const CustomFactor& factor, std::vector<const PoseBlock*> blocks)
+      : factor_(factor), blocks_(std::move(blocks)) {
+    set_num_residuals(factor_.cost->num_residuals());
+    *mutable_parameter_block_sizes() = factor_.cost->parameter_block_sizes();
+  }
+  bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override {
+    CustomEvaluation e;
+    if (!evaluate(factor_, {x, x + blocks_.size()}, false, e)) return false;
+    Eigen::VectorXd::Map(residuals, e.r.size()) = e.r;
+    if (jacobians == nullptr) return true;
+    std::vector<std::array<double, PoseState::kAmbient>> first(blocks_.size());
+    std::vector<const double*> at_first;
+    for (std::size_t k = 0; k < blocks_.size(); ++k) {
+      blocks_[k]->linear(PoseState(x[k])).write(first[k].data());
+      at_first.push_back(first[k].data());
+    }
+    if (!evaluate(factor_, at_first, true, e)) return false;
+    for (std::size_t k = 0; k < blocks_.size(); ++k) {
+      if (jacobians[k] == nullptr) continue;
+      const PoseState now(x[k]);
+      const Eigen::Matrix<double, Eigen::Dynamic, 6> J = to_tangent(now, at_first[k], e.J[k]);
+      lift(now, x[k], J, jacobians[k]);
+    }
+    return true;
+  }
+
+ private:
+  CustomFactor factor_;
+  std::vector<const PoseBlock*> blocks_;
+};
+
 /// Ends a solve as the own engine does: when a step promises too little.
 class StopOnPromise final : public ceres::IterationCallback {
  public:
@@ -184,6 +218,7 @@ struct CeresWindow::Impl {
     if (fresh) known->second = make();
   }
   ceres::ResidualBlockId add_prior(const window::Prior& prior);
+  ceres::ResidualBlockId add_custom(const window::Custom& custom);
   void write(window::State& state) const;
 };
 
@@ -204,6 +239,7 @@ void CeresWindow::Impl::remove_what_left(const window::State& state) {
   collect(state.gravity);
   collect(state.plane_priors);
   collect(state.views);
+  collect(state.custom);
   if (state.prior.r.size() > 0) present.insert(state.prior.serial);
   std::erase_if(residuals, [&](const auto& residual) {
     if (present.count(residual.first) > 0) return false;
@@ -241,18 +277,15 @@ void CeresWindow::Impl::add_what_is_new(const window::State& state) {
                  f.robust ? huber.get() : nullptr, a, b);
     });
   }
-  for (const auto& f : state.pose_priors) {
+  const auto add_of_pose = [&](const auto& f) {
+    using Term = std::decay_t<decltype(f.term)>;
     add_new(f.serial, [&] {
       PoseBlock& a = poses.at(f.id);
-      return add(new WindowCost<PriorTerm, PoseBlock>(f.term, a), nullptr, a);
+      return add(new WindowCost<Term, PoseBlock>(f.term, a), nullptr, a);
     });
-  }
-  for (const auto& f : state.gravity) {
-    add_new(f.serial, [&] {
-      PoseBlock& a = poses.at(f.id);
-      return add(new WindowCost<GravityTerm, PoseBlock>(f.term, a), nullptr, a);
-    });
-  }
+  };
+  for (const auto& f : state.pose_priors) add_of_pose(f);
+  for (const auto& f : state.gravity) add_of_pose(f);
   for (const auto& f : state.plane_priors) {
     add_new(f.serial, [&] {
       PlaneBlock& b = planes.at(f.id);
@@ -267,6 +300,7 @@ void CeresWindow::Impl::add_what_is_new(const window::State& state) {
                  a, b);
     });
   }
+  for (const auto& f : state.custom) add_new(f.serial, [&] { return add_custom(f); });
   if (state.prior.r.size() > 0) {
     add_new(state.prior.serial, [&] { return add_prior(state.prior); });
   }
@@ -281,6 +315,17 @@ ceres::ResidualBlockId CeresWindow::Impl::add_prior(const window::Prior& prior) 
     blocks.push_back(planes.at(id).x.data());
   }
   return problem.AddResidualBlock(new WindowPriorCost(prior, of_planes), nullptr, blocks);
+}
+
+ceres::ResidualBlockId CeresWindow::Impl::add_custom(const window::Custom& custom) {
+  std::vector<double*> blocks;
+  std::vector<const PoseBlock*> of_poses;
+  for (const KeyframeId id : custom.keyframes) {
+    of_poses.push_back(&poses.at(id));
+    blocks.push_back(poses.at(id).x.data());
+  }
+  return problem.AddResidualBlock(new WindowCustomCost(custom.factor, of_poses),
+                                  custom.factor.loss.get(), blocks);
 }
 
 void CeresWindow::Impl::write(window::State& state) const {
@@ -299,12 +344,10 @@ WindowReport CeresWindow::solve(window::State& state, const WindowOptions& optio
   impl_->follow(state, options);
   WindowReport report;
   report.residuals = state.residuals();
-  // Steps of Levenberg-Marquardt for each of Gauss-Newton: loss and damping slow it down.
-  constexpr int kSteps = 4;
   ceres::Solver::Options o;
   o.num_threads = 1;
   o.logging_type = ceres::SILENT;
-  o.max_num_iterations = kSteps * options.iterations;
+  o.max_num_iterations = 4 * options.iterations;  // loss and damping make smaller steps
   o.initial_trust_region_radius = 1e8;
   o.function_tolerance = o.gradient_tolerance = o.parameter_tolerance = 0;
   o.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;

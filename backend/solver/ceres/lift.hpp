@@ -39,4 +39,18 @@ void lift(const State& state, const double* x, const Eigen::MatrixBase<Derived>&
   }
 }
 
+/// The other way: of a block's numbers, as a cost function gives them, to its tangent.
+inline Eigen::MatrixXd to_tangent(const PoseState&, const double* x, const Eigen::MatrixXd& J) {
+  Eigen::Matrix<double, 7, 6, Eigen::RowMajor> P;
+  PoseManifold().PlusJacobian(x, P.data());
+  return J * P;
+}
+/// In the basis of `plane`, whichever it is.
+inline Eigen::MatrixXd to_tangent(const PlaneState& plane, const double*,
+                                  const Eigen::MatrixXd& J) {
+  Eigen::MatrixXd tangent(J.rows(), 3);
+  tangent << J.leftCols<3>() * plane.B, J.col(3);
+  return tangent;
+}
+
 }  // namespace lamina

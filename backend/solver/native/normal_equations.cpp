@@ -1,6 +1,8 @@
 // Cost, steps, weights and covariances of what normal_equations_terms.cpp took from the graph.
 #include <lamina/backend/solver/native/normal_equations_impl.hpp>
 
+#include <limits>
+
 namespace lamina {
 
 using namespace detail;
@@ -20,6 +22,7 @@ void NormalEquations::set_weights(const RobustWeights& weights) {
   pick(weights.segments, impl_->segment_factor, impl_->segment_weights);
   pick(weights.plane_moments, impl_->moments_factor, impl_->moments_weights);
   pick(weights.plane_moments, impl_->moments_extrinsics_factor, impl_->moments_extrinsics_weights);
+  for (auto& custom : impl_->customs) custom.factor.weight = weights.custom[custom.index];
 }
 
 CostByType NormalEquations::linearize() {
@@ -46,6 +49,13 @@ RobustWeights NormalEquations::chi_squared() const {
   put(impl_->segments, impl_->segment_factor, all.segments);
   put(impl_->moments, impl_->moments_factor, all.plane_moments);
   put(impl_->moments_extrinsics, impl_->moments_extrinsics_factor, all.plane_moments);
+  all.custom.resize(impl_->custom_count);
+  for (const auto& custom : impl_->customs) {
+    CustomEvaluation e;
+    if (!custom.factor.may_be_wrong) continue;
+    const bool evaluated = impl_->evaluate_blocks(custom, false, e);
+    all.custom[custom.index] = evaluated ? e.chi_squared : std::numeric_limits<double>::infinity();
+  }
   return all;
 }
 
@@ -84,6 +94,13 @@ void NormalEquations::step(const Eigen::VectorXd& d, bool further) {
       }
     }
   });
+  if (!further) impl_->own_before = impl_->own_now;
+  for (std::size_t i = 0; i < impl_->own_now.size(); ++i) {
+    if (impl_->own_variable[i] == kHeld) continue;
+    CustomState& state = impl_->own_now[i];
+    const int row = impl_->matrix->row_of(impl_->own_variable[i]);
+    state.values = plus(state, d.segment(row, state.tangent()));
+  }
   impl_->carry_anchors(normals);
 }
 
@@ -115,6 +132,7 @@ double NormalEquations::largest_turn(const Eigen::VectorXd& d) const {
 
 void NormalEquations::undo_step() {
   impl_->each_kind([](auto& kind) { kind.now.swap(kind.before); });
+  impl_->own_now.swap(impl_->own_before);
   impl_->anchors.swap(impl_->anchors_before);
   impl_->tell_anchors();
 }
@@ -133,6 +151,7 @@ void NormalEquations::read(const Graph& graph) {
   for (std::size_t i = 0; i < graph.extrinsics.size(); ++i) {
     s.extrinsics.now[i] = FlatState(graph.extrinsics[i].state);
   }
+  impl_->own_now = graph.custom_states;
   impl_->anchors = impl_->graph_anchors;
   impl_->tell_anchors();
 }
@@ -152,6 +171,9 @@ void NormalEquations::write(Graph& graph) const {
   }
   for (std::size_t i = 0; i < graph.extrinsics.size(); ++i) {
     graph.extrinsics[i].state = s.extrinsics.now[i].x;
+  }
+  for (std::size_t i = 0; i < graph.custom_states.size(); ++i) {
+    if (impl_->own_variable[i] != kHeld) graph.custom_states[i].values = impl_->own_now[i].values;
   }
 }
 

@@ -49,6 +49,17 @@ struct NormalEquations::Impl {
     bool own() const { return planes.size() == 1 && poses.empty() && surfels.empty(); }
   };
   std::vector<Marginal> marginals;
+
+  /// A user's factor: its states by kind and place.
+  struct Custom {
+    CustomFactor factor;
+    std::vector<int> poses, planes, own;  ///< by block: the place in that kind's list, or kHeld
+    std::size_t index = 0;                ///< in the graph
+  };
+  std::vector<Custom> customs;
+  std::vector<CustomState> own_now, own_before;  ///< states of the user's own
+  std::vector<int> own_variable;                 ///< detail::kHeld or the column block
+  std::size_t custom_count = 0;                  ///< in the graph
   // Which factor of the graph a doubtful term is.
   std::vector<std::size_t> loop_factor, moments_factor, moments_extrinsics_factor, segment_factor;
   std::size_t loop_count = 0, moments_count = 0, segment_count = 0;  ///< in the graph
@@ -69,6 +80,7 @@ struct NormalEquations::Impl {
   void make_plane_terms(const Graph& graph);
   void make_surfel_terms(const Graph& graph);
   void make_marginals(const Graph& graph);
+  void make_custom(const Graph& graph);
   /// Mean of the evidence's means from each anchor (3), and how many they are.
   std::vector<Eigen::Vector4d> evidence_middles();
   void reanchor();
@@ -81,11 +93,15 @@ struct NormalEquations::Impl {
   void each_kind(F&& f);
   CostByType evaluate(Eigen::VectorXd* out) const;
   double evaluate(const Marginal& marginal, Eigen::VectorXd* out) const;
+  double evaluate(const Custom& custom, Eigen::VectorXd* out) const;
+  /// At the states of now; false where it cannot be evaluated. `jacobians`: to tangents.
+  bool evaluate_blocks(const Custom& custom, bool jacobians, CustomEvaluation& out) const;
   static Eigen::MatrixXd turning_columns(const Eigen::MatrixXd& J, const Marginal& marginal);
   /// J^T J and J^T r of one factor of many blocks, the first `poses` of them poses.
   void add_block_terms(const std::vector<int>& v, std::size_t poses, const Eigen::MatrixXd& J,
                        const Eigen::VectorXd& r, Eigen::VectorXd& out) const;
   std::vector<int> variables(const Marginal& marginal) const;
+  std::vector<int> variables(const Custom& custom) const;
 };
 
 template <class F>

@@ -13,16 +13,18 @@ NormalEquations::Impl::Impl(const Graph& graph, Parts parts) {
   make_plane_terms(graph);
   if (!states.turns_only) make_surfel_terms(graph);
   make_marginals(graph);
+  make_custom(graph);
   std::vector<std::pair<int, int>> pairs;
   each_group([&](FactorType, auto& group, const auto&) { group.pairs(states, pairs); });
-  for (const Marginal& marginal : marginals) {
-    const std::vector<int> v = variables(marginal);
+  const auto add_pairs = [&pairs](const std::vector<int>& v) {
     for (std::size_t a = 0; a < v.size(); ++a) {
       for (std::size_t b = a + 1; b < v.size(); ++b) {
         if (v[a] != kHeld && v[b] != kHeld && v[a] != v[b]) pairs.emplace_back(v[a], v[b]);
       }
     }
-  }
+  };
+  for (const Marginal& marginal : marginals) add_pairs(variables(marginal));
+  for (const Custom& custom : customs) add_pairs(variables(custom));
   matrix = std::make_unique<BlockCholesky>(sizes, std::move(pairs));
   each_group([&](FactorType, auto& group, const auto&) { group.find_slots(states, *matrix); });
   gradient.setZero(matrix->dimension());
@@ -302,6 +304,9 @@ CostByType NormalEquations::Impl::evaluate(Eigen::VectorXd* out) const {
       });
   for (const Marginal& marginal : marginals) {
     cost[static_cast<std::size_t>(FactorType::kMarginalPrior)] += evaluate(marginal, out);
+  }
+  for (const Custom& custom : customs) {
+    cost[static_cast<std::size_t>(FactorType::kCustom)] += evaluate(custom, out);
   }
   return cost;
 }

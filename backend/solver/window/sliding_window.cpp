@@ -88,6 +88,19 @@ bool SlidingWindow::add(const GravityFactor& factor) {
   return true;
 }
 
+bool SlidingWindow::add(const CustomFactor& factor) {
+  std::vector<KeyframeId> keyframes;
+  for (const StateRef& state : factor.states) {
+    const KeyframeId* id = std::get_if<KeyframeId>(&state);
+    if (id == nullptr || !contains(*id)) return false;
+    keyframes.push_back(*id);
+  }
+  if (keyframes.empty() || !(factor.weight > 0)) return false;
+  state_.custom.push_back({state_.next_serial(), keyframes, factor});
+  solved_ = false;
+  return true;
+}
+
 bool SlidingWindow::add(const PlaneMomentsFactor& factor) {
   const int plane = find(factor.plane);
   const Moments& m = factor.moments_body;

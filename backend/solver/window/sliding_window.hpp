@@ -61,6 +61,8 @@ class SlidingWindow {
   bool add(const LoopFactor& factor);
   bool add(const PlaneMomentsFactor& factor);
   bool add(const GravityFactor& factor);
+  /// Of keyframes of the window alone; others are the refiner's.
+  bool add(const CustomFactor& factor);
   /// Replaces the evidence of one keyframe on one plane (it grew), or adds it.
   bool set(const PlaneMomentsFactor& factor);
   /// Gives the observations of `from` in the window to `into`, which must be in it.

@@ -2,6 +2,7 @@
 #include <lamina/backend/solver/window/sliding_window.hpp>
 #include <lamina/backend/solver/window/window_equations.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 #include <lamina/models/error.hpp>
@@ -16,13 +17,6 @@ auto freeze(State& state) {
   if (!state.frozen) state.first = state.now;
   state.frozen = true;
   return state.now;
-}
-
-template <class State>
-void erase_marked(std::vector<State>& states, const std::vector<bool>& gone) {
-  std::erase_if(states, [&](const State& state) {
-    return gone[static_cast<std::size_t>(&state - states.data())];
-  });
 }
 
 }  // namespace
@@ -65,26 +59,9 @@ void SlidingWindow::eliminate(const std::vector<bool>& pose_gone,
     prior = window::Prior();
   }
 
-  const auto pose_is_gone = [&](KeyframeId id) {
-    return pose_gone[static_cast<std::size_t>(find(id))];
-  };
-  const auto plane_is_gone = [&](PlaneId id) {
-    return plane_gone[static_cast<std::size_t>(find(id))];
-  };
-  std::erase_if(state_.relative_poses, [&](const window::RelativePose& f) {
-    return pose_is_gone(f.from) || pose_is_gone(f.to);
-  });
-  std::erase_if(state_.pose_priors, [&](const window::PosePrior& f) { return pose_is_gone(f.id); });
-  std::erase_if(state_.gravity, [&](const window::Gravity& f) { return pose_is_gone(f.id); });
-  std::erase_if(state_.plane_priors,
-                [&](const window::PlanePrior& f) { return plane_is_gone(f.id); });
-  std::erase_if(state_.views, [&](const window::PlaneView& f) {
-    return pose_is_gone(f.keyframe) || plane_is_gone(f.plane);
-  });
   prior.serial = state_.next_serial();
   state_.prior = std::move(prior);
-  erase_marked(state_.poses, pose_gone);
-  erase_marked(state_.planes, plane_gone);
+  state_.erase(pose_gone, plane_gone);
   solved_ = false;
 }
 

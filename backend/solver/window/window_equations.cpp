@@ -3,7 +3,11 @@
 #include <lamina/backend/solver/window/window_equations.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+
+#include <lamina/backend/solver/ceres/lift.hpp>
 
 namespace lamina::window {
 
@@ -102,6 +106,50 @@ void add_plane_factors(State& state, double bound, Sink& sink) {
   }
 }
 
+struct EvaluatedCustom {
+  std::vector<int> poses;
+  std::vector<Eigen::MatrixXd> J;  ///< to tangents, at the linearisation points
+  Eigen::VectorXd r;               ///< at the present states; both times the root of the weight
+  double cost = 0;
+};
+
+EvaluatedCustom evaluate(const Custom& f, const State& state) {
+  EvaluatedCustom out;
+  std::vector<std::array<double, PoseState::kAmbient>> now(f.keyframes.size()), first = now;
+  std::vector<const double*> at_now, at_first;
+  for (std::size_t k = 0; k < f.keyframes.size(); ++k) {
+    out.poses.push_back(state.find(f.keyframes[k]));
+    const Pose& pose = state.poses[static_cast<std::size_t>(out.poses[k])];
+    pose.now.write(now[k].data());
+    linearization_point(pose).write(first[k].data());
+    at_now.push_back(now[k].data());
+    at_first.push_back(first[k].data());
+  }
+  CustomEvaluation present, linear;
+  if (!lamina::evaluate(f.factor, at_now, false, present) ||
+      !lamina::evaluate(f.factor, at_first, true, linear)) {
+    out.cost = std::numeric_limits<double>::infinity();
+    return out;
+  }
+  const double root = std::sqrt(f.factor.weight * std::max(0.0, present.slope));
+  for (std::size_t k = 0; k < f.keyframes.size(); ++k) {
+    const Pose& pose = state.poses[static_cast<std::size_t>(out.poses[k])];
+    out.J.push_back(root * to_tangent(linearization_point(pose), at_first[k], linear.J[k]));
+  }
+  out.r = root * present.r;
+  out.cost = f.factor.weight * present.robust;
+  return out;
+}
+
+template <class Sink>
+void add_custom_factors(const State& state, Sink& sink) {
+  for (const Custom& f : state.custom) {
+    const bool taken = std::any_of(f.keyframes.begin(), f.keyframes.end(),
+                                   [&](KeyframeId id) { return sink.takes_pose(state.find(id)); });
+    if (taken) sink.add_custom(evaluate(f, state));
+  }
+}
+
 struct Equations {
   WindowSystem& system;
   Build what;
@@ -135,6 +183,17 @@ struct Equations {
   void add_pose_plane(int pose, int plane, const Eigen::Matrix<double, 4, 6>& J_pose,
                       const Eigen::Matrix<double, 4, 3>& J_plane, const Eigen::Vector4d& r) {
     system.add_pose_plane(pose, plane, J_pose, J_plane, r);
+  }
+  void add_custom(const EvaluatedCustom& f) {
+    cost += f.cost;
+    if (f.J.empty()) return;
+    std::vector<int> columns;
+    Eigen::MatrixXd J(f.r.size(), static_cast<Eigen::Index>(6 * f.poses.size()));
+    for (std::size_t k = 0; k < f.poses.size(); ++k) {
+      J.middleCols<6>(static_cast<Eigen::Index>(6 * k)) = f.J[k];
+      for (int i = 0; i < 6; ++i) columns.push_back(6 * f.poses[k] + i);
+    }
+    system.add_dense(columns, J.transpose() * J, J.transpose() * f.r);
   }
 };
 
@@ -174,6 +233,9 @@ struct Touching {
                       const Eigen::Matrix<double, 4, 3>& J_plane, const Eigen::Vector4d& r) {
     factors.push_back({{pose, variable(plane)}, {J_pose, J_plane}, r});
   }
+  void add_custom(const EvaluatedCustom& f) {
+    if (!f.J.empty()) factors.push_back({f.poses, f.J, f.r});
+  }
 };
 
 }  // namespace
@@ -195,6 +257,7 @@ BuiltEquations build_equations(State& state, double robust_chi_squared, Build wh
   Equations equations{system, what, built.cost, built.weight_change};
   add_pose_factors(state, robust_chi_squared, equations);
   add_plane_factors(state, robust_chi_squared, equations);
+  add_custom_factors(state, equations);
   return built;
 }
 
@@ -222,6 +285,7 @@ std::vector<LinearFactor> linearize_touching(State& state, double robust_chi_squ
   Touching touching{pose_gone, plane_gone, factors};
   add_pose_factors(state, robust_chi_squared, touching);
   add_plane_factors(state, robust_chi_squared, touching);
+  add_custom_factors(state, touching);
   return factors;
 }
 

@@ -1,6 +1,10 @@
 // Lookup and bookkeeping of a window's states and factors.
 #include <lamina/backend/solver/window/window_state.hpp>
 
+#include <ceres/cost_function.h>
+
+#include <algorithm>
+
 #include <lamina/backend/graph/factors/marginal_prior.hpp>
 
 namespace lamina::window {
@@ -14,6 +18,7 @@ void State::renew_serials() {
   renew(gravity);
   renew(plane_priors);
   renew(views);
+  renew(custom);
   prior.serial = next_serial();
 }
 
@@ -32,9 +37,32 @@ int State::find(PlaneId id) const {
 }
 
 int State::residuals() const {
-  return static_cast<int>(static_cast<std::size_t>(prior.r.size()) + 6 * relative_poses.size() +
+  int rows_of_custom = 0;
+  for (const Custom& f : custom) rows_of_custom += f.factor.cost->num_residuals();
+  return rows_of_custom +
+         static_cast<int>(static_cast<std::size_t>(prior.r.size()) + 6 * relative_poses.size() +
                           6 * pose_priors.size() + 2 * gravity.size() + 3 * plane_priors.size() +
                           4 * views.size());
+}
+
+void State::erase(const std::vector<bool>& pose_gone, const std::vector<bool>& plane_gone) {
+  const auto pose = [&](KeyframeId id) { return pose_gone[static_cast<std::size_t>(find(id))]; };
+  const auto plane = [&](PlaneId id) { return plane_gone[static_cast<std::size_t>(find(id))]; };
+  std::erase_if(relative_poses, [&](const RelativePose& f) { return pose(f.from) || pose(f.to); });
+  std::erase_if(pose_priors, [&](const PosePrior& f) { return pose(f.id); });
+  std::erase_if(gravity, [&](const Gravity& f) { return pose(f.id); });
+  std::erase_if(plane_priors, [&](const PlanePrior& f) { return plane(f.id); });
+  std::erase_if(views, [&](const PlaneView& f) { return pose(f.keyframe) || plane(f.plane); });
+  std::erase_if(custom, [&](const Custom& f) {
+    return std::any_of(f.keyframes.begin(), f.keyframes.end(), pose);
+  });
+  const auto erase_marked = [](auto& states, const std::vector<bool>& gone) {
+    std::erase_if(states, [&](const auto& state) {
+      return gone[static_cast<std::size_t>(&state - states.data())];
+    });
+  };
+  erase_marked(poses, pose_gone);
+  erase_marked(planes, plane_gone);
 }
 
 Eigen::VectorXd State::prior_step() const {

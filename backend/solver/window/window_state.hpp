@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include <lamina/backend/graph/custom_factor.hpp>
 #include <lamina/backend/graph/factors/gravity.hpp>
 #include <lamina/backend/graph/factors/odometry.hpp>
 #include <lamina/backend/graph/factors/plane_moments.hpp>
@@ -67,6 +68,13 @@ struct PlaneView {
   double weight = 1;
 };
 
+/// A user's factor of keyframes alone.
+struct Custom {
+  std::uint64_t serial;
+  std::vector<KeyframeId> keyframes;
+  CustomFactor factor;
+};
+
 /// What marginalised states left behind: |r + R d|^2, d the steps from poses_at and planes_at.
 struct Prior {
   std::uint64_t serial = 0;
@@ -87,6 +95,7 @@ struct State {
   std::vector<Gravity> gravity;
   std::vector<PlanePrior> plane_priors;
   std::vector<PlaneView> views;
+  std::vector<Custom> custom;
   Prior prior;
   std::uint64_t last_serial = 0;
 
@@ -97,6 +106,8 @@ struct State {
   int find(KeyframeId id) const;
   int find(PlaneId id) const;
   int residuals() const;
+  /// Takes out states, marked by their places, and all factors that touch them; the prior stays.
+  void erase(const std::vector<bool>& pose_gone, const std::vector<bool>& plane_gone);
   /// Steps of the prior's states from where it was linearised.
   Eigen::VectorXd prior_step() const;
 };

@@ -95,7 +95,7 @@ TEST(Engines, AgreeWhereViewsCarryWrongNames) {
 
 // A path bent by radians: turns first, positions after.
 TEST(Engines, AgreeOnAPathThatTurnsTooFar) {
-  Graph ours = make_graph(test::make_rooms({.rooms = 4, .laps = 2, .sigma_rotation = 0.08}));
+  Graph ours = make_graph(test::make_rooms({.rooms = 4, .laps = 2, .sigma_rotation = 0.04}));
   Graph theirs = ours;
   RefineOptions options = exact(SolverEngine::kNative);
   options.robust = false;
