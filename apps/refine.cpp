@@ -59,8 +59,9 @@ int solve(const std::filesystem::path& input, const std::filesystem::path& outpu
                            "warning: interrupted: there was no time to write the poses");
   interrupt.something_stands();
   const RunDisplay display(interrupt, true, nullptr);
-  const SolvedBenchmark solved = solve_benchmark(input, output, window, options.mapper.window.engine,
-                                                 [&display] { return display.hurried(); });
+  const SolvedBenchmark solved =
+      solve_benchmark(input, output, window, options.mapper.window.engine,
+                      [&display] { return display.hurried(); });
   fmt::print("{}\n", solved.summary);
   return solved.converged ? 0 : 1;
 }

@@ -54,7 +54,8 @@ RobustWeights chi_squared_of(const Graph& graph) {
     const bool asked = f.may_be_wrong;
     const bool evaluated = asked && evaluate_at(f, graph, e);
     all.custom.push_back(evaluated ? e.chi_squared
-                                   : asked ? std::numeric_limits<double>::infinity() : 0.0);
+                         : asked   ? std::numeric_limits<double>::infinity()
+                                   : 0.0);
   }
   return all;
 }
