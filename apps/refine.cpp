@@ -51,17 +51,18 @@ int refine(const std::vector<std::filesystem::path>& inputs, const std::filesyst
 }
 
 // A benchmark problem: signals end the iterations, what stands is written.
-int solve(const std::filesystem::path& input, const std::filesystem::path& output,
-          std::optional<int> window, const Assignments& assignments) {
+int solve(const std::filesystem::path& input, const std::filesystem::path& output, bool online,
+          std::optional<int> keyframes, const Assignments& assignments) {
   MapOptions options;
   assign(options, assignments);
+  WindowOptions& window = options.mapper.window;
+  window.keyframes = keyframes.value_or(window.keyframes);
   InterruptGuard interrupt(InterruptGuard::Kind::kWithinASecond, "",
                            "warning: interrupted: there was no time to write the poses");
   interrupt.something_stands();
   const RunDisplay display(interrupt, true, nullptr);
   const SolvedBenchmark solved =
-      solve_benchmark(input, output, window, options.mapper.window.engine,
-                      [&display] { return display.hurried(); });
+      solve_benchmark(input, output, window, online, [&display] { return display.hurried(); });
   fmt::print("{}\n", solved.summary);
   return solved.converged ? 0 : 1;
 }
@@ -109,10 +110,7 @@ Verb refine_verb() {
               if (o->inputs.size() != 1) {
                 throw Error(o->inputs[1] + ": a .planegraph is solved alone, expected one input");
               }
-              constexpr int kKeyframes = 20;
-              return solve(input, o->output,
-                           online ? std::optional(o->keyframes.value_or(kKeyframes)) : std::nullopt,
-                           o->assignments);
+              return solve(input, o->output, online, o->keyframes, o->assignments);
             };
           }};
 }

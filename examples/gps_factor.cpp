@@ -43,7 +43,7 @@ int main(int argc, char** argv) try {
   options.add_factors = [&](lamina::Mapper& mapper) {
     std::ifstream fixes(argv[2]);
     for (double s, x, y, z, sigma; fixes >> s >> x >> y >> z >> sigma;) {
-      const auto at = mapper.keyframe_at(lamina::Timestamp::from_seconds(s));
+      const auto at = mapper.keyframe_at(lamina::Timestamp::from_seconds(s), 0.05);
       if (!at) continue;
       const Eigen::Vector3d offset = at->T_keyframe_body.translation();
       lamina::CustomFactor factor = gps({x, y, z, offset.x(), offset.y(), offset.z(), sigma});

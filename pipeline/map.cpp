@@ -83,6 +83,11 @@ void warn(MapResult& result, MapInput& input, const FrontEnd& front_end, RunObse
 }  // namespace
 
 MapResult map(const RecordingSource& source, const MapOptions& options, RunObserver& observer) {
+  if (options.online && options.add_factors) {
+    throw Error(
+        "add_factors: found online mode, expected offline; OnlineMapper::mapper() takes "
+        "factors on the way");
+  }
   MapInput input(source, options, observer);
   const auto kept = std::make_shared<RunRecord>(options.scratch_folder);
   RunRecord& record = *kept;

@@ -84,6 +84,7 @@ void take_weights(const Graph& copy, Graph& graph) {
   take_weights_of(copy.plane_moments, graph.plane_moments);
   take_weights_of(copy.segments, graph.segments);
   take_weights_of(copy.loops, graph.loops);
+  take_weights_of(copy.custom, graph.custom);
 }
 
 double truncated_cost(const RefineResult& result, double limit) {

@@ -47,7 +47,6 @@ int numbers_of(const StateRef& state, const Graph& graph) {
     const auto* found = graph.find(id);
     if (found == nullptr) return -1;
     if constexpr (std::is_same_v<decltype(id), KeyframeId>) return PoseState::kAmbient;
-    if constexpr (std::is_same_v<decltype(id), PlaneId>) return PlaneState::kAmbient;
     if constexpr (std::is_same_v<decltype(id), CustomStateId>) return found->ambient();
   };
   return std::visit(count, state);
@@ -99,6 +98,16 @@ std::string problem_of(const CustomFactor& factor, const Graph& graph) {
   return {};
 }
 
+std::string problem_of(const CustomState& state) {
+  if (state.values.size() == 0) return "has no numbers";
+  if (!state.values.allFinite()) return "holds a number that is not finite";
+  if (state.manifold && state.manifold->AmbientSize() != state.ambient()) {
+    return "has " + std::to_string(state.ambient()) + " numbers on a manifold of " +
+           std::to_string(state.manifold->AmbientSize());
+  }
+  return {};
+}
+
 bool evaluate(const CustomFactor& factor, const std::vector<const double*>& blocks, bool jacobians,
               CustomEvaluation& out) {
   const ceres::CostFunction& cost = *factor.cost;
@@ -136,8 +145,6 @@ bool evaluate_at(const CustomFactor& factor, const Graph& graph, CustomEvaluatio
       const auto& state = graph.at(id);
       if constexpr (std::is_same_v<decltype(id), KeyframeId>) {
         PoseState(state.T_map_body).write(x);
-      } else if constexpr (std::is_same_v<decltype(id), PlaneId>) {
-        PlaneState(state.plane_anchor).write(x);
       } else {
         return state.values.data();
       }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <string>
@@ -26,16 +27,16 @@ struct CustomState {
   Eigen::VectorXd values;                           ///< as the cost functions read them
   std::shared_ptr<const ceres::Manifold> manifold;  ///< null: each number for itself
   bool fixed = false;                               ///< held by every solver
-  std::string kind;  ///< of a manifold that is archived: register_manifold()
+  std::string kind;  ///< of its manifold, for archives: register_manifold()
 
   int ambient() const { return static_cast<int>(values.size()); }
   int tangent() const;
 };
 
 /// A state that a custom factor reads. Parameter blocks (backend/graph/states.hpp): a keyframe 7
-/// (T_map_body: translation, quaternion x y z w), a plane 4 (normal, rho about its anchor, map
-/// axes), a custom state its values.
-using StateRef = std::variant<KeyframeId, PlaneId, CustomStateId>;
+/// (T_map_body: translation, quaternion x y z w), a custom state its values. (Planes are merged,
+/// split and anchored anew on the way: what they are is the mapper's to say.)
+using StateRef = std::variant<KeyframeId, CustomStateId>;
 
 struct CustomFactor {
   /// Its name in reports and outliers; an archive makes it anew by the maker registered for it.
@@ -57,8 +58,9 @@ void register_manifold(const std::string& kind, std::shared_ptr<const ceres::Man
 CustomFactor make_factor(const std::string& kind, const std::vector<double>& data);
 std::shared_ptr<const ceres::Manifold> find_manifold(const std::string& kind);
 
-/// What is wrong with a factor in this graph; empty: nothing.
+/// What is wrong with a factor in this graph, or with a state; empty: nothing.
 std::string problem_of(const CustomFactor& factor, const Graph& graph);
+std::string problem_of(const CustomState& state);
 
 /// A custom factor at given values of its blocks.
 struct CustomEvaluation {
@@ -66,6 +68,10 @@ struct CustomEvaluation {
   std::vector<Eigen::MatrixXd> J;  ///< by block, to its numbers; when asked for
   double chi_squared = 0;          ///< |r|^2
   double robust = 0, slope = 1;    ///< of the loss: its value and derivative at chi_squared
+  /// chi_squared as of three residuals, which is what the refiner's limit is for.
+  double doubt() const {
+    return chi_squared * 3 / static_cast<double>(std::max<Eigen::Index>(3, r.size()));
+  }
 };
 /// False where the cost function says it cannot be evaluated there.
 bool evaluate(const CustomFactor& factor, const std::vector<const double*>& blocks, bool jacobians,

@@ -34,8 +34,7 @@ bool holds(const std::vector<Id>& ids, Id id) {
   return std::find(ids.begin(), ids.end(), id) != ids.end();
 }
 
-template <class Id>
-std::size_t erase_custom_of(std::vector<CustomFactor>& factors, Id id) {
+std::size_t erase_custom_of(std::vector<CustomFactor>& factors, KeyframeId id) {
   return std::erase_if(factors,
                        [id](const CustomFactor& f) { return holds(f.states, StateRef(id)); });
 }
@@ -141,7 +140,6 @@ std::size_t Graph::remove(PlaneId id) {
                      std::erase_if(surfel_parents, single);
   gone +=
       std::erase_if(marginal_priors, [id](const MarginalPrior& f) { return holds(f.planes, id); });
-  gone += erase_custom_of(custom, id);
   for (auto& surfel : surfels) {
     if (surfel.parent == id) surfel.parent = PlaneId::kNone;
   }
@@ -173,9 +171,6 @@ void Graph::merge_planes(PlaneId from, PlaneId into) {
   redirect(plane_moments);
   redirect(segments);
   redirect(surfel_parents);
-  for (CustomFactor& factor : custom) {
-    std::replace(factor.states.begin(), factor.states.end(), StateRef(from), StateRef(into));
-  }
   for (auto& surfel : surfels) {
     if (surfel.parent == from) surfel.parent = into;
   }

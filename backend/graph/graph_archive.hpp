@@ -83,9 +83,7 @@ void fields(A& a, StateRef& v) {
   std::int64_t id = std::visit([](auto one) { return static_cast<std::int64_t>(one); }, v);
   a(kind, id);
   if constexpr (A::kReading) {
-    v = kind == 0   ? StateRef(KeyframeId(id))
-        : kind == 1 ? StateRef(PlaneId(id))
-                    : StateRef(CustomStateId(id));
+    v = kind == 0 ? StateRef(KeyframeId(id)) : StateRef(CustomStateId(id));
   }
 }
 template <class A>

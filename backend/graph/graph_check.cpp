@@ -66,7 +66,8 @@ void check_states(const Graph& graph, Findings& findings) {
   check_order("extrinsics", graph.extrinsics, graph.next_extrinsics, findings);
   check_order("custom_state", graph.custom_states, graph.next_custom_state, findings);
   for (std::size_t i = 0; i < graph.custom_states.size(); ++i) {
-    findings.needs_finite("custom_state", i, graph.custom_states[i].values.allFinite());
+    const std::string problem = problem_of(graph.custom_states[i]);
+    if (!problem.empty()) findings.say("custom_state", i, problem);
   }
   for (std::size_t i = 0; i < graph.keyframes.size(); ++i) {
     findings.needs_finite("keyframe", i, finite(graph.keyframes[i].T_map_body));

@@ -260,6 +260,9 @@ void Mapper::add_factor(const CustomFactor& factor) {
 }
 
 CustomStateId Mapper::add_state(const CustomState& state) {
+  const std::string problem = problem_of(state);
+  if (!problem.empty())
+    throw Error("state " + problem + ", expected finite numbers, and as many as its manifold has");
   return map_.graph.add_custom_state(state);
 }
 

@@ -46,11 +46,11 @@ class Mapper {
   /// refiner decides. False when a keyframe is not there (any more).
   bool add_loop(KeyframeId from, KeyframeId to, const SE3& T_from_to, const Matrix6d& covariance);
 
-  /// A factor of a user's own on keyframes, planes and states of the map: in the window as long as
-  /// all that it reads are keyframes there, and in every refinement. Its keyframes stay (they are
-  /// not retired). Throws lamina::Error where it does not fit the map, saying how.
+  /// A factor of a user's own on keyframes and states of the map: in the window as long as all that
+  /// it reads are keyframes there, and in every refinement. Its keyframes stay (they are not
+  /// retired). Throws lamina::Error where it does not fit the map, saying how.
   void add_factor(const CustomFactor& factor);
-  /// A state of a user's own, for factors to read.
+  /// A state of a user's own, for factors to read. Throws lamina::Error for numbers that cannot be.
   CustomStateId add_state(const CustomState& state);
   /// The keyframe that carries the frame nearest in time to `stamp`, and that frame's pose in it;
   /// nullopt: no frame within `tolerance_s`.
@@ -106,7 +106,8 @@ class Mapper {
   /// come back as they were.
   void keep_frames_in(const std::filesystem::path& folder) { map_.frames.keep_in(folder); }
 
-  /// Everything in another map frame, as one body.
+  /// Everything in another map frame, as one body. Not with factors of a user's own, which may say
+  /// where the map is (std::logic_error).
   void move(const SE3& T_new_map);
 
   /// Takes a merge back: `from` is a plane of its own again with the evidence it had. False when it

@@ -50,7 +50,9 @@ void store_weights(Graph& graph, const RobustWeights& weights) {
     graph.segments[i].weight = weights.segments[i];
   }
   for (std::size_t i = 0; i < graph.loops.size(); ++i) graph.loops[i].weight = weights.loops[i];
-  for (std::size_t i = 0; i < graph.custom.size(); ++i) graph.custom[i].weight = weights.custom[i];
+  for (std::size_t i = 0; i < graph.custom.size(); ++i) {
+    if (graph.custom[i].may_be_wrong) graph.custom[i].weight = weights.custom[i];
+  }
 }
 
 /// Runs minimize() on the graph and keeps count.
@@ -222,7 +224,10 @@ std::vector<FactorRef> rejected_factors(const Graph& graph) {
   look(FactorType::kPlaneMoments, graph.plane_moments);
   look(FactorType::kSegment, graph.segments);
   look(FactorType::kLoop, graph.loops);
-  look(FactorType::kCustom, graph.custom);
+  for (std::size_t i = 0; i < graph.custom.size(); ++i) {
+    const CustomFactor& factor = graph.custom[i];
+    if (factor.may_be_wrong && factor.weight < 0.5) rejected.push_back({FactorType::kCustom, i});
+  }
   return rejected;
 }
 

@@ -45,6 +45,7 @@ void follow_tracks(Graph& graph, const Tracks& tracks, const RefineOptions& opti
   path.surfel_moments.clear();
   path.surfel_parents.clear();
   path.marginal_priors.clear();
+  std::erase_if(path.custom, [](const CustomFactor& f) { return f.may_be_wrong; });
   NamelessPlanes planes(tracks);
   for (std::size_t i = 0; i < graph.plane_moments.size(); ++i) {
     if (tracks.track[i] == Tracks::kNone) continue;

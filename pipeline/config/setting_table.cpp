@@ -178,8 +178,8 @@ std::vector<Setting> mapper_rows() {
       row_enum(
           "solver.engine", [](MapOptions & s) -> auto& { return s.mapper.window.engine; },
           {"native", "ceres"},
-          "who solves the graph: the own block Cholesky, or Ceres; results do not depend on it, "
-          "time does"),
+          "who solves the graph: the own block Cholesky, or Ceres; time "
+          "depends on it, results to the last digits and where a path is off by radians"),
       LAMINA_ROW("window.keyframes", mapper.window.keyframes, "keyframes kept as variables"),
       LAMINA_ROW("window.dormant_planes", mapper.window.planes_behind,
                  "planes that left and come back as if they had stayed, at most; time goes with "

@@ -65,10 +65,7 @@ SolvedBenchmark solve_offline(const PlaneGraph& problem, const std::filesystem::
 }
 
 SolvedBenchmark solve_online(const PlaneGraph& problem, const std::filesystem::path& output,
-                             int keyframes, SolverEngine engine) {
-  WindowOptions options;
-  options.engine = engine;
-  options.keyframes = keyframes;
+                             const WindowOptions& options) {
   const WindowRun run = run_window_on_plane_graph(problem, options);
   write_poses(output, run.T_map_body);
   Diagnostics metrics;
@@ -81,7 +78,7 @@ SolvedBenchmark solve_online(const PlaneGraph& problem, const std::filesystem::p
   metrics.refine = refine;
   io::write_metrics(output / "metrics.json", metrics);
   std::string summary = fmt::format(
-      "window of {} keyframes: mean {:.3f} ms a pose, p99 {:.3f} ms", keyframes,
+      "window of {} keyframes: mean {:.3f} ms a pose, p99 {:.3f} ms", options.keyframes,
       1e3 * refine.solve_s / static_cast<double>(run.step_ms.size()), steps.percentile_ms(99));
   if (problem.truth_map_body.size() == run.T_map_body.size())
     summary += fmt::format("; ATE {:.4f} m", position_rms(run.T_map_body, problem.truth_map_body));
@@ -91,12 +88,12 @@ SolvedBenchmark solve_online(const PlaneGraph& problem, const std::filesystem::p
 }  // namespace
 
 SolvedBenchmark solve_benchmark(const std::filesystem::path& file,
-                                const std::filesystem::path& output, std::optional<int> window,
-                                SolverEngine engine, const std::function<bool()>& ended) {
+                                const std::filesystem::path& output, const WindowOptions& options,
+                                bool online, const std::function<bool()>& ended) {
   const PlaneGraph problem = read_plane_graph(file);
   io::make_results_folder(output);
-  return window ? solve_online(problem, output, *window, engine)
-                : solve_offline(problem, output, engine, ended);
+  return online ? solve_online(problem, output, options)
+                : solve_offline(problem, output, options.engine, ended);
 }
 
 }  // namespace lamina

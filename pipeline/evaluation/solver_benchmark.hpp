@@ -3,10 +3,9 @@
 
 #include <filesystem>
 #include <functional>
-#include <optional>
 #include <string>
 
-#include <lamina/backend/solver/engine.hpp>
+#include <lamina/backend/solver/window/window_engine.hpp>
 
 namespace lamina {
 
@@ -15,12 +14,12 @@ struct SolvedBenchmark {
   bool converged = false;
 };
 
-/// Solves the whole graph, or the fixed-lag window of so many keyframes over it, and writes
-/// trajectory.txt (the pose index as time), metrics.json and, of the whole graph, graph.g2o.
-/// `ended` true: the iterations end, what stands is written. Throws lamina::Error for files that
-/// cannot be read or written.
+/// Solves the whole graph, or `online` the fixed-lag window over it, by the engine of `options`,
+/// and writes trajectory.txt (the pose index as time), metrics.json and, of the whole graph,
+/// graph.g2o. `ended` true: the iterations end, what stands is written. Throws lamina::Error for
+/// files that cannot be read or written.
 SolvedBenchmark solve_benchmark(const std::filesystem::path& file,
-                                const std::filesystem::path& output, std::optional<int> window,
-                                SolverEngine engine, const std::function<bool()>& ended);
+                                const std::filesystem::path& output, const WindowOptions& options,
+                                bool online, const std::function<bool()>& ended);
 
 }  // namespace lamina

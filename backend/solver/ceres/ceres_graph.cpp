@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <type_traits>
 #include <utility>
 
@@ -81,6 +82,7 @@ struct CeresGraph::Impl {
   std::vector<Block<PlaneState>> planes;
   std::vector<Block<FlatState>> surfels, extrinsics;
   std::vector<CustomState> custom;  ///< their values are the blocks
+  std::vector<bool> doubtful;       ///< by custom factor
   StateManifolds manifolds;
   bool turns_only;
   RobustWeights weights;  ///< of the graph's doubtful factors; 0: not taken in
@@ -165,8 +167,6 @@ void CeresGraph::Impl::add_custom_factors(const Graph& g) {
   const auto block = [&](auto id) -> double* {
     if constexpr (std::is_same_v<decltype(id), KeyframeId>) {
       return pose(g, id);
-    } else if constexpr (std::is_same_v<decltype(id), PlaneId>) {
-      return plane(g, id);
     } else {
       return custom[index_in(g.custom_states, g.at(id))].values.data();
     }
@@ -174,6 +174,7 @@ void CeresGraph::Impl::add_custom_factors(const Graph& g) {
   weights.custom.assign(g.custom.size(), 0);
   for (std::size_t i = 0; i < g.custom.size(); ++i) {
     const CustomFactor& f = g.custom[i];
+    doubtful.push_back(f.may_be_wrong);
     if (!(f.weight > 0)) continue;
     weights.custom[i] = f.weight;
     std::vector<double*> blocks;
@@ -309,8 +310,8 @@ CostByType CeresGraph::cost() const {
     ceres::Problem::EvaluateOptions options;
     options.residual_blocks = impl_->residuals[t];
     double half = 0;
-    impl_->problem->Evaluate(options, &half, nullptr, nullptr, nullptr);
-    cost[t] = 2 * half;
+    const bool evaluated = impl_->problem->Evaluate(options, &half, nullptr, nullptr, nullptr);
+    cost[t] = evaluated ? 2 * half : std::numeric_limits<double>::infinity();
   }
   return cost;
 }
@@ -322,7 +323,9 @@ void CeresGraph::set_weights(const RobustWeights& weights) {
   set(weights.plane_moments, impl_->weights.plane_moments);
   set(weights.segments, impl_->weights.segments);
   set(weights.loops, impl_->weights.loops);
-  set(weights.custom, impl_->weights.custom);
+  for (std::size_t i = 0; i < impl_->weights.custom.size(); ++i) {
+    if (impl_->doubtful[i]) impl_->weights.custom[i] = weights.custom[i];
+  }
 }
 
 void CeresGraph::hold_turns(bool held) {

@@ -203,6 +203,7 @@ ceres::Problem::Options problem_options() {
 struct CeresWindow::Impl {
   StateManifolds manifolds;
   std::unique_ptr<ceres::LossFunction> huber;
+  std::vector<std::unique_ptr<ceres::LossFunction>> scaled;  // of factors of a weight
   std::map<KeyframeId, PoseBlock> poses;
   std::map<PlaneId, PlaneBlock> planes;
   std::map<std::uint64_t, ceres::ResidualBlockId> residuals;  // by the factors' serials
@@ -324,8 +325,13 @@ ceres::ResidualBlockId CeresWindow::Impl::add_custom(const window::Custom& custo
     of_poses.push_back(&poses.at(id));
     blocks.push_back(poses.at(id).x.data());
   }
-  return problem.AddResidualBlock(new WindowCustomCost(custom.factor, of_poses),
-                                  custom.factor.loss.get(), blocks);
+  ceres::LossFunction* loss = custom.factor.loss.get();
+  if (custom.factor.weight != 1) {
+    scaled.push_back(std::make_unique<ceres::ScaledLoss>(loss, custom.factor.weight,
+                                                         ceres::DO_NOT_TAKE_OWNERSHIP));
+    loss = scaled.back().get();
+  }
+  return problem.AddResidualBlock(new WindowCustomCost(custom.factor, of_poses), loss, blocks);
 }
 
 void CeresWindow::Impl::write(window::State& state) const {

@@ -22,7 +22,9 @@ void NormalEquations::set_weights(const RobustWeights& weights) {
   pick(weights.segments, impl_->segment_factor, impl_->segment_weights);
   pick(weights.plane_moments, impl_->moments_factor, impl_->moments_weights);
   pick(weights.plane_moments, impl_->moments_extrinsics_factor, impl_->moments_extrinsics_weights);
-  for (auto& custom : impl_->customs) custom.factor.weight = weights.custom[custom.index];
+  for (auto& custom : impl_->customs) {
+    if (custom.factor.may_be_wrong) custom.factor.weight = weights.custom[custom.index];
+  }
 }
 
 CostByType NormalEquations::linearize() {
@@ -54,7 +56,7 @@ RobustWeights NormalEquations::chi_squared() const {
     CustomEvaluation e;
     if (!custom.factor.may_be_wrong) continue;
     const bool evaluated = impl_->evaluate_blocks(custom, false, e);
-    all.custom[custom.index] = evaluated ? e.chi_squared : std::numeric_limits<double>::infinity();
+    all.custom[custom.index] = evaluated ? e.doubt() : std::numeric_limits<double>::infinity();
   }
   return all;
 }

@@ -23,24 +23,20 @@ void NormalEquations::Impl::make_custom(const Graph& graph) {
   if (states.turns_only) return;  // what they say of turns alone is not known
   for (std::size_t i = 0; i < graph.custom.size(); ++i) {
     if (!(graph.custom[i].weight > 0)) continue;
-    Custom custom{graph.custom[i], {}, {}, {}, i};
+    Custom custom{graph.custom[i], {}, {}, i};
     for (const StateRef& ref : custom.factor.states) {
-      std::array<int, 3> at = {kHeld, kHeld, kHeld};  // of the kinds that it is not
+      std::array<int, 2> at = {kHeld, kHeld};  // of the kinds that it is not
       std::visit(
           [&](auto id) {
             if constexpr (std::is_same_v<decltype(id), KeyframeId>) {
               at[0] = static_cast<int>(&graph.at(id) - graph.keyframes.data());
-            } else if constexpr (std::is_same_v<decltype(id), PlaneId>) {
-              at[1] = static_cast<int>(&graph.at(id) - graph.planes.data());
-              anchor_is_fixed[static_cast<std::size_t>(at[1])] = true;  // it reads rho about it
             } else {
-              at[2] = static_cast<int>(&graph.at(id) - graph.custom_states.data());
+              at[1] = static_cast<int>(&graph.at(id) - graph.custom_states.data());
             }
           },
           ref);
       custom.poses.push_back(at[0]);
-      custom.planes.push_back(at[1]);
-      custom.own.push_back(at[2]);
+      custom.own.push_back(at[1]);
     }
     customs.push_back(std::move(custom));
   }
@@ -53,7 +49,6 @@ std::vector<int> NormalEquations::Impl::variables(const Custom& custom) const {
       if (at >= 0) v.push_back(variable[static_cast<std::size_t>(at)]);
     };
     pick(custom.poses[k], states.poses.variable);
-    pick(custom.planes[k], states.planes.variable);
     pick(custom.own[k], own_variable);
   }
   return v;
@@ -68,8 +63,6 @@ bool NormalEquations::Impl::evaluate_blocks(const Custom& custom, bool jacobians
     blocks[k] = numbers[k].data();
     if (custom.poses[k] >= 0) {
       states.poses.now[static_cast<std::size_t>(custom.poses[k])].write(numbers[k].data());
-    } else if (custom.planes[k] >= 0) {
-      states.planes.now[static_cast<std::size_t>(custom.planes[k])].write(numbers[k].data());
     } else {
       blocks[k] = own_now[static_cast<std::size_t>(custom.own[k])].values.data();
     }
@@ -79,9 +72,6 @@ bool NormalEquations::Impl::evaluate_blocks(const Custom& custom, bool jacobians
     if (custom.poses[k] >= 0) {
       const auto at = static_cast<std::size_t>(custom.poses[k]);
       out.J[k] = lamina::to_tangent(states.poses.now[at], blocks[k], out.J[k]);
-    } else if (custom.planes[k] >= 0) {
-      const auto at = static_cast<std::size_t>(custom.planes[k]);
-      out.J[k] = lamina::to_tangent(states.planes.now[at], blocks[k], out.J[k]);
     } else {
       out.J[k] = lamina::to_tangent(own_now[static_cast<std::size_t>(custom.own[k])], out.J[k]);
     }

@@ -53,8 +53,8 @@ struct NormalEquations::Impl {
   /// A user's factor: its states by kind and place.
   struct Custom {
     CustomFactor factor;
-    std::vector<int> poses, planes, own;  ///< by block: the place in that kind's list, or kHeld
-    std::size_t index = 0;                ///< in the graph
+    std::vector<int> poses, own;  ///< by block: the place in that kind's list, or kHeld
+    std::size_t index = 0;        ///< in the graph
   };
   std::vector<Custom> customs;
   std::vector<CustomState> own_now, own_before;  ///< states of the user's own

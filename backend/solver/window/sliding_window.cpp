@@ -1,4 +1,4 @@
-// The window's states, evidence and Gauss-Newton steps.
+// The window's evidence and bookkeeping.
 #include <lamina/backend/solver/window/sliding_window.hpp>
 
 #include <Eigen/Cholesky>

@@ -1,8 +1,6 @@
 // The fixed-lag estimator: the newest keyframes and the planes they see, everything older as one
 // marginal prior in square-root form with first-estimate Jacobians.
-//
-// Gauss-Newton on normal equations of the window's own shape (window_system.hpp): a window is small
-// and solved at every keyframe, where building a general problem costs more than solving it.
+// An engine (window_engine.hpp) moves the states; adding, leaving and covariances are here.
 #pragma once
 
 #include <Eigen/Core>

@@ -147,6 +147,27 @@ TEST(CustomFactor, BothEnginesSolveThemAlike) {
   EXPECT_NEAR(native.custom_states[1].values.norm(), 1, 1e-9);
 }
 
+// Weights of one's own stay; a factor of many residuals is judged as one of three.
+TEST(CustomFactor, OnlyWhatMayBeWrongIsJudged) {
+  Walk walk(3);
+  for (CustomFactor& f : walk.graph.custom) {
+    if (f.kind == "range") f.weight = 0.5;
+  }
+  for (const SolverEngine engine : {SolverEngine::kNative, SolverEngine::kCeres}) {
+    Graph graph = walk.graph;
+    EXPECT_EQ(refine(graph, exact(engine)).rejected.size(), 1u) << to_string(engine);
+    for (const CustomFactor& f : graph.custom) {
+      if (f.kind == "range") {
+        EXPECT_EQ(f.weight, 0.5);
+      }
+    }
+  }
+  CustomEvaluation many;
+  many.r = Eigen::VectorXd::Ones(30);
+  many.chi_squared = 30;
+  EXPECT_DOUBLE_EQ(many.doubt(), 3);
+}
+
 TEST(CustomFactor, CostsAreReportedByKind) {
   Graph graph = Walk(3).graph;
   const RefineResult result = refine(graph);
@@ -225,8 +246,12 @@ TEST(CustomFactor, WhatDoesNotFitIsNamed) {
   graph = Walk(6).graph;
   graph.custom[0].states = {StateRef(CustomStateId(0))};
   EXPECT_THAT(graph.problems().front(), HasSubstr("a block of 7 numbers for a state of 3"));
+  graph = Walk(6).graph;
+  graph.custom_states[1].values = Eigen::Vector2d(1, 0);
+  EXPECT_THAT(graph.problems().front(), HasSubstr("2 numbers on a manifold of 3"));
   Mapper mapper;
   EXPECT_THROW(mapper.add_factor(position({0, 0, 0, 1})), Error);
+  EXPECT_THROW(mapper.add_state(CustomState()), Error);
 }
 
 // Through a window that keyframes leave: positions go on holding the path, by either engine.
