@@ -98,7 +98,7 @@ void build_uneven(Settings& s, World& world) {
     scene.add_wall("wall." + std::to_string(i), corners[i], corners[(i + 1) % corners.size()],
                    below, top);
   }
-  scene.add_box("crate", SE3(SO3::rot_z(0.4), {x - 1.4, y - 1.2, below}), {0.9, 0.6, 1.0});
+  scene.add_box("crate", SE3(SO3::rot_z(0.4), {x - 0.7, y - 0.6, below}), {0.9, 0.6, 1.0});
   scene.add_box("cupboard", SE3(SO3(), {-x + 0.9, -y + 0.3, below}), {1.2, 0.6, 1.8});
   const double a = x - 1.8, b = y - 1.8;
   const Path flat = Path::drive({{-a, -b, 0},

@@ -23,7 +23,9 @@ TEST(WindowEngines, BothEnginesFindTheSameEstimates) {
   for (std::size_t i = 0; i < hall.guess.size(); ++i) {
     for (SlidingWindow* window : {&native, &ceres}) {
       hall.feed(*window, i);
-      if (i == 12) EXPECT_TRUE(window->rename_plane(PlaneId(4), PlaneId(9)));
+      if (i == 12) {
+        EXPECT_TRUE(window->rename_plane(PlaneId(4), PlaneId(9)));
+      }
       if (i == 14) window->move(SE3(SO3::rot_z(0.3), {2, -1, 0.5}));
       if (i == 17 && window->contains(PlaneId(9)) && window->contains(PlaneId(4))) {
         EXPECT_TRUE(window->merge_planes(PlaneId(4), PlaneId(9)));
