@@ -24,6 +24,8 @@ std::vector<Verb> all_verbs() {
           evaluate_verb(), info_verb(),   view_verb(), config_verb()};
 }
 
+std::string called_with = "lamina";  // see command_line()
+
 // The verb's example, indented on a line of its own, as a sentence's end.
 std::string example_of(const CLI::App& verb) {
   const std::string footer = verb.get_footer();
@@ -118,18 +120,10 @@ int flushed(int code) {
 
 }  // namespace
 
-namespace {
-std::string& called_with() {
-  static std::string words;
-  return words;
-}
-}  // namespace
-
-const std::string& command_line() { return called_with(); }
+const std::string& command_line() { return called_with; }
 
 int run(int argc, const char* const* argv) {
-  called_with() = "lamina";
-  for (int i = 1; i < argc; ++i) called_with() += " " + std::string(argv[i]);
+  for (int i = 1; i < argc; ++i) called_with += " " + std::string(argv[i]);
   // Sparse solvers below sum in the order of their threads: one keeps the bytes the same anywhere.
   omp_set_num_threads(1);
   // A file larger than the system allows is an error of writing, not the end.

@@ -69,7 +69,7 @@ struct CustomEvaluation {
   double chi_squared = 0;          ///< |r|^2
   double robust = 0, slope = 1;    ///< of the loss: its value and derivative at chi_squared
   /// chi_squared as of three residuals, which is what the refiner's limit is for.
-  double doubt() const {
+  double chi_squared_of_three() const {
     return chi_squared * 3 / static_cast<double>(std::max<Eigen::Index>(3, r.size()));
   }
 };

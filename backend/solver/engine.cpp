@@ -53,7 +53,7 @@ RobustWeights chi_squared_of(const Graph& graph) {
     CustomEvaluation e;
     const bool asked = f.may_be_wrong;
     const bool evaluated = asked && evaluate_at(f, graph, e);
-    all.custom.push_back(evaluated ? e.doubt()
+    all.custom.push_back(evaluated ? e.chi_squared_of_three()
                          : asked   ? std::numeric_limits<double>::infinity()
                                    : 0.0);
   }

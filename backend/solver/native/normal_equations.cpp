@@ -56,7 +56,8 @@ RobustWeights NormalEquations::chi_squared() const {
     CustomEvaluation e;
     if (!custom.factor.may_be_wrong) continue;
     const bool evaluated = impl_->evaluate_blocks(custom, false, e);
-    all.custom[custom.index] = evaluated ? e.doubt() : std::numeric_limits<double>::infinity();
+    all.custom[custom.index] =
+        evaluated ? e.chi_squared_of_three() : std::numeric_limits<double>::infinity();
   }
   return all;
 }

@@ -165,7 +165,7 @@ TEST(CustomFactor, OnlyWhatMayBeWrongIsJudged) {
   CustomEvaluation many;
   many.r = Eigen::VectorXd::Ones(30);
   many.chi_squared = 30;
-  EXPECT_DOUBLE_EQ(many.doubt(), 3);
+  EXPECT_DOUBLE_EQ(many.chi_squared_of_three(), 3);
 }
 
 TEST(CustomFactor, CostsAreReportedByKind) {
