@@ -27,9 +27,9 @@ double box_gap(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector
   Eigen::AlignedBox3d box_a, box_b;
   for (const auto& p : a) box_a.extend(p);
   for (const auto& p : b) box_b.extend(p);
-  const Eigen::Vector3d apart =
+  const Eigen::Vector3d gap =
       (box_a.min() - box_b.max()).cwiseMax(box_b.min() - box_a.max()).cwiseMax(0.0);
-  return apart.cwiseProduct(Eigen::Vector3d(1, 1, heights)).norm();
+  return gap.cwiseProduct(Eigen::Vector3d(1, 1, heights)).norm();
 }
 
 }  // namespace

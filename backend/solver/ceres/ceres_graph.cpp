@@ -82,7 +82,7 @@ struct CeresGraph::Impl {
   std::vector<Block<PlaneState>> planes;
   std::vector<Block<FlatState>> surfels, extrinsics;
   std::vector<CustomState> custom;  ///< their values are the blocks
-  std::vector<bool> doubtful;       ///< by custom factor
+  std::vector<bool> may_be_wrong;   ///< by custom factor
   StateManifolds manifolds;
   bool turns_only;
   RobustWeights weights;  ///< of the graph's doubtful factors; 0: not taken in
@@ -174,7 +174,7 @@ void CeresGraph::Impl::add_custom_factors(const Graph& g) {
   weights.custom.assign(g.custom.size(), 0);
   for (std::size_t i = 0; i < g.custom.size(); ++i) {
     const CustomFactor& f = g.custom[i];
-    doubtful.push_back(f.may_be_wrong);
+    may_be_wrong.push_back(f.may_be_wrong);
     if (!(f.weight > 0)) continue;
     weights.custom[i] = f.weight;
     std::vector<double*> blocks;
@@ -324,7 +324,7 @@ void CeresGraph::set_weights(const RobustWeights& weights) {
   set(weights.segments, impl_->weights.segments);
   set(weights.loops, impl_->weights.loops);
   for (std::size_t i = 0; i < impl_->weights.custom.size(); ++i) {
-    if (impl_->doubtful[i]) impl_->weights.custom[i] = weights.custom[i];
+    if (impl_->may_be_wrong[i]) impl_->weights.custom[i] = weights.custom[i];
   }
 }
 

@@ -12,8 +12,12 @@
 #include <lamina/backend/refine/refiner.hpp>
 #include <lamina/models/error.hpp>
 
+#include "backend/solver/exact.hpp"
+
 namespace lamina {
 namespace {
+
+using test::exact;
 
 using ::testing::HasSubstr;
 
@@ -117,14 +121,6 @@ struct Walk {
     return truth[std::size_t(i - 1)].inverse() * truth[std::size_t(i)] * SE3::exp(e);
   }
 };
-
-RefineOptions exact(SolverEngine engine) {
-  RefineOptions options;
-  options.engine = engine;
-  options.minimizer.chi2_tolerance = 1e-9;
-  options.minimizer.relative_tolerance = 1e-12;
-  return options;
-}
 
 TEST(CustomFactor, BothEnginesSolveThemAlike) {
   const Walk walk(3);

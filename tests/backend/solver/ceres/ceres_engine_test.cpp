@@ -8,9 +8,12 @@
 #include <lamina/pipeline/evaluation/plane_graph_solve.hpp>
 
 #include "backend/mapper/room_generator.hpp"
+#include "backend/solver/exact.hpp"
 
 namespace lamina {
 namespace {
+
+using test::exact;
 
 /// A graph with every kind of factor that rooms do not have by themselves.
 Graph rich_graph() {
@@ -33,14 +36,6 @@ Graph rich_graph() {
   g.surfel_moments.push_back({KeyframeId(3), id, patch.transformed(T_3_2)});
   g.surfel_parents.push_back({id, PlaneId(4)});
   return g;
-}
-
-RefineOptions exact(SolverEngine engine) {
-  RefineOptions options;
-  options.engine = engine;
-  options.minimizer.chi2_tolerance = 1e-9;
-  options.minimizer.relative_tolerance = 1e-12;
-  return options;
 }
 
 double cost_of(const RefineResult& result) {
