@@ -90,6 +90,8 @@ Verb refine_verb() {
                            "keyframes in the window of --mode online; 20")
                 ->check(CLI::Range(3, 100000));
             app.add_option("--set", o->assignments, "key=value, as often as needed")->take_all();
+            app.add_option_function<std::string>(
+                "--threads", [o](auto& n) { o->assignments.push_back("threads=" + n); }, "threads");
             app.add_flag("--quiet", o->quiet, "warnings only");
             return [o]() {
               const std::filesystem::path input = o->inputs.front();
@@ -99,9 +101,7 @@ Verb refine_verb() {
                             ", expected offline: a saved map is refined as a whole");
               }
               if (o->keyframes && !online) {
-                throw Error(
-                    "--keyframes: found the window's length without a window, expected it with a "
-                    ".planegraph and --mode online");
+                throw Error("--keyframes: expected with a .planegraph and --mode online alone");
               }
               if (!problem) {
                 return refine({o->inputs.begin(), o->inputs.end()}, o->output, o->assignments,

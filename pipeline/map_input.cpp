@@ -5,6 +5,7 @@
 
 #include <lamina/pipeline/calibration/camera/camera_time_offset.hpp>
 #include <lamina/pipeline/calibration/log.hpp>
+#include <lamina/pipeline/unrepeated_recording.hpp>
 #include <lamina/sensors/camera_corrected_recording.hpp>
 #include <lamina/sensors/corrected_recording.hpp>
 
@@ -23,8 +24,11 @@ MapInput::MapInput(const RecordingSource& source, const MapOptions& stated,
 }
 
 std::unique_ptr<Recording> MapInput::open_in(const OdometryUnits& units) const {
-  return std::make_unique<CorrectedRecording>(corrected(source_.open(), cameras.fixes), scanner,
-                                              options.scan_odometry.max_tilt, units);
+  std::unique_ptr<Recording> stated = corrected(source_.open(), cameras.fixes);
+  if (options.stated_scanner.any())
+    stated = std::make_unique<StatedScannerRecording>(std::move(stated), options.stated_scanner);
+  return std::make_unique<UnrepeatedRecording>(std::make_unique<CorrectedRecording>(
+      std::move(stated), scanner, options.scan_odometry.max_tilt, units));
 }
 
 std::unique_ptr<Recording> MapInput::open_reclocked(const ClockOffsets& offsets) {

@@ -10,6 +10,7 @@
 #include <lamina/frontend/loops/loop_closer.hpp>
 #include <lamina/grid/grid_options.hpp>
 #include <lamina/pipeline/calibration/calibration_options.hpp>
+#include <lamina/pipeline/stated_scanner.hpp>
 
 namespace lamina {
 
@@ -25,8 +26,9 @@ struct MapOptions : CalibrationOptions {
   std::map<std::string, std::string> topics;
   /// Whether a scanner's beams that did not come back met nothing up to its range_max.
   NoReturn no_return_is_free = NoReturn::kAuto;
-  bool close_loops = true;    ///< look for places met again by matching scans
-  bool follow_slopes = true;  ///< images tell height and tilt where the ground slopes
+  StatedScanner stated_scanner;  ///< goes over what the recording says
+  bool close_loops = true;       ///< look for places met again by matching scans
+  bool follow_slopes = true;     ///< images tell height and tilt where the ground slopes
   LoopCloserOptions loops;
 
   /// Called before the whole graph is refined, offline: a user's own factors and states go in here

@@ -77,6 +77,8 @@ void report_front_end(const FrontEnd& front_end, RunRecord& record) {
                    100 * noise);
     record.diagnostics.counts.scanner_noise_cm = 100 * noise;
   }
+  for (Warning& found : record.changes.warnings())
+    record.diagnostics.warn(std::move(found.id), std::move(found.text));
   record.add_skipped(front_end.skipped());
 }
 

@@ -47,6 +47,7 @@ void RunRecord::add(const Step& step, const AddResult& added) {
   if (!step.motion_known) ++diagnostics.counts.steps_with_unknown_motion;
   note_open_way(step);
   wheel_path.add(step);
+  changes.add(step);
   mountings.add(step);
   note_tracking(step.observations.stamp, step.tracking_lost);
   if (added.loop_closed) ++diagnostics.counts.loops;

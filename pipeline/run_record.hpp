@@ -20,6 +20,7 @@
 #include <lamina/models/spool.hpp>
 #include <lamina/pipeline/calibration/calibration_found.hpp>
 #include <lamina/pipeline/calibration/path_uncertainty.hpp>
+#include <lamina/pipeline/calibration/sensor_changes.hpp>
 #include <lamina/pipeline/window_log.hpp>
 
 namespace lamina {
@@ -34,6 +35,7 @@ class RunRecord {
   Diagnostics diagnostics;
   WindowLog window;
   WheelPath wheel_path;
+  SensorChanges changes;
   MountingsUsed mountings;
   Spool scans;  ///< KeptScan
   RimVotes rims;

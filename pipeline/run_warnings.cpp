@@ -42,6 +42,14 @@ std::vector<Warning> dropped_frames(const Recording& recording, const Diagnostic
                    dropped, kept, reasons)}};
 }
 
+// Sound up to where it is cut: the map is right as far as it goes.
+std::vector<Warning> cut_short(const Diagnostics& metrics) {
+  if (metrics.skipped.count("damaged end of file") == 0) return {};
+  return {{"input_cut_short",
+           "the recording ends in damaged or missing data (cut short while it was written, copied "
+           "or compressed?): what comes before is mapped, the rest is not"}};
+}
+
 }  // namespace
 
 void note_assumed(const Recording& recording, Diagnostics& metrics) {
@@ -68,6 +76,7 @@ void warn_of_result(const std::string& input, const Recording& recording, const 
   };
   warn(recording.warnings());
   warn(dropped_frames(recording, metrics));
+  warn(cut_short(metrics));
   warn(result_warnings(input, front_end, metrics));
 }
 

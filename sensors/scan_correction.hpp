@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -16,6 +18,15 @@ struct Stretch {
   bool has(Timestamp stamp) const { return !(stamp < from) && (!until || stamp < *until); }
 };
 
+/// Ranges of one beam (m) at which it meets the robot itself.
+struct OwnBeam {
+  double near = 0, far = 0;
+  bool any() const { return far > 0; }
+  bool has(float range) const {
+    return any() && near <= static_cast<double>(range) && static_cast<double>(range) <= far;
+  }
+};
+
 /// Applied in this order. The identity when nothing is wrong.
 struct ScanCorrection {
   double aperture = 1;  ///< times the stated angle between beams, about the middle of the fan
@@ -24,8 +35,11 @@ struct ScanCorrection {
   double yaw = 0;  ///< rad about the body's z, added to the stated heading of the scanner
 
   std::vector<Stretch> reversed = {};  ///< there beams run the other way than in the rest
+  std::vector<OwnBeam> own = {};  ///< by beam, of scans that have as many: no measurement (NaN)
 
-  bool any() const { return aperture != 1 || mirrored || yaw != 0 || !reversed.empty(); }
+  bool any() const { return misread() || !own.empty(); }
+  /// Angles of beams are not as stated.
+  bool misread() const { return aperture != 1 || mirrored || yaw != 0 || !reversed.empty(); }
   bool is_mirrored(Timestamp stamp) const {
     const auto has = [stamp](const Stretch& stretch) { return stretch.has(stamp); };
     return mirrored != std::any_of(reversed.begin(), reversed.end(), has);
@@ -34,6 +48,7 @@ struct ScanCorrection {
     return {SO3::rot_z(yaw) * T_body_lidar.so3(), T_body_lidar.translation()};
   }
   void apply(LaserScan& scan) const {
+    remove_own(scan);
     if (scan.size() > 1) {
       const double half = 0.5 * static_cast<double>(scan.size() - 1);
       const double middle = scan.angle_min + half * scan.angle_increment;
@@ -45,6 +60,15 @@ struct ScanCorrection {
       scan.angle_increment = -scan.angle_increment;
     }
     scan.lidar.T_body_lidar = apply(scan.lidar.T_body_lidar);
+  }
+  /// Where beams run the other way, the last is the first.
+  void remove_own(LaserScan& scan) const {
+    if (own.size() != scan.size()) return;
+    const bool other_way = is_mirrored(scan.stamp) != mirrored;
+    for (std::size_t i = 0; i < scan.size(); ++i) {
+      if (own[other_way ? scan.size() - 1 - i : i].has(scan.ranges[i]))
+        scan.ranges[i] = std::numeric_limits<float>::quiet_NaN();
+    }
   }
 };
 

@@ -28,6 +28,8 @@ class ScanStream {
   }
   /// Readings that mean no return become infinite, those of another unit metres.
   void correct(LaserScan& scan) const;
+  /// Of what its reader found, once finished.
+  void warn(const std::vector<Warning>& more) { add_warnings(notes_.warnings, more); }
   /// Recorded stamps by those that are used, where they differ and increase strictly.
   const std::map<Timestamp, Timestamp>& restamped() const { return restamped_; }
   /// False for a scan that is stated to take longer than from one to the next.

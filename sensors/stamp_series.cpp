@@ -164,7 +164,7 @@ std::size_t spread_bursts(std::vector<double>& times, double interval, const Ser
   std::size_t bursts = 0, usual = 0, at_once = 0;
   for (std::size_t i = 1; i < times.size(); ++i) {
     const double gap = times[i] - times[i - 1];
-    usual += std::abs(gap - interval) < 0.3 * interval ? 1 : 0;
+    usual += std::abs(gap - interval) < options.as_usual * interval ? 1 : 0;
     at_once += gap < options.burst * interval ? 1 : 0;
   }
   const auto others = static_cast<double>(times.size()) - 1 - static_cast<double>(at_once);
@@ -189,6 +189,25 @@ std::size_t spread_bursts(std::vector<double>& times, double interval, const Ser
 }
 
 }  // namespace
+
+bool is_shuffled(std::span<const Timestamp> stamps, const SeriesOptions& options) {
+  if (stamps.size() < 2 * kDistinct) return false;
+  std::vector<Timestamp> sorted(stamps.begin(), stamps.end());
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<double> gaps;
+  std::size_t back = 0;
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    gaps.push_back(sorted[i] - sorted[i - 1]);
+    back += stamps[i] < stamps[i - 1];
+  }
+  const double usual = median(gaps);
+  const auto as_usual = std::count_if(gaps.begin(), gaps.end(), [&](double gap) {
+    return std::abs(gap - usual) < options.as_usual * usual;
+  });
+  const auto all = static_cast<double>(gaps.size());
+  return static_cast<double>(back) > options.few * all &&
+         static_cast<double>(as_usual) >= options.periodic * all;
+}
 
 std::optional<StampSeries> ordered_stamps(std::span<const std::optional<Timestamp>> recorded,
                                           const SeriesOptions& options) {

@@ -25,12 +25,13 @@ struct SeriesOptions {
   /// s, and in usual intervals: a silence that may be a stall, after which what was held back comes
   /// at once.
   double stall_s = 1, stall = 4;
+  /// Of the usual interval: others within it are as usual.
+  double as_usual = 0.3;
   /// In usual intervals: stamps nearer to each other are of one burst.
   double burst = 0.2;
   /// How many come at once at least.
   std::size_t burst_count = 4;
-  /// Share of the intervals that must be within 30 % of the usual one: else the stream has no
-  /// period to be laid on.
+  /// Share of the intervals that must be as usual: else the stream has no period to be laid on.
   double periodic = 0.7;
 };
 
@@ -49,6 +50,11 @@ struct StampSeries {
   std::optional<std::size_t> first;  ///< the first record at fault
   double interval = 0;               ///< s, usual; 0: not known
 };
+
+/// Whether lines stand in another order than was measured: more than `few` of the stamps go back,
+/// and yet put in order `periodic` of them follow each other at the usual interval, which neither
+/// jitter nor clocks that are set back leave.
+bool is_shuffled(std::span<const Timestamp> stamps, const SeriesOptions& options = {});
 
 /// nullopt where the stamps say nothing: fewer than a few different ones. Stamps that increase
 /// strictly, without bursts and leaps, come back as they are.

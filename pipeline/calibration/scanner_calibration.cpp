@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <lamina/frontend/frontend.hpp>
@@ -61,6 +62,37 @@ const char* id_of(const ScanCorrection& correction) {
   return std::abs(correction.yaw) > kBackwards ? "lidar_backwards" : "lidar_yaw";
 }
 
+// What is aboard, by its angles: "-12.0 to 4.5 deg at 0.40 m".
+std::string sectors_of(const std::vector<OwnBeam>& own, const ScannerCheck::Found::Fan& fan) {
+  std::string text;
+  for (std::size_t i = 0; i < own.size();) {
+    std::size_t end = i;
+    double nearest = own[i].near;
+    while (end < own.size() && own[end].any()) nearest = std::min(nearest, own[end++].near);
+    if (end > i) {
+      text += fmt::format("{}{:.1f} to {:.1f} deg from {:.2f} m on", text.empty() ? "" : ", ",
+                          fan.angle(i) / kDegree, fan.angle(end - 1) / kDegree, nearest);
+    }
+    i = std::max(end, i + 1);
+  }
+  return text;
+}
+
+void report_own(const ScannerCheck::Found& found, bool adopted, Diagnostics& metrics) {
+  const auto& own = found.correction.own;
+  const auto beams =
+      std::count_if(own.begin(), own.end(), [](const OwnBeam& beam) { return beam.any(); });
+  metrics.warn(
+      "robot_in_scans",
+      fmt::format("{} of {} beams meet something that comes along with the robot (a part "
+                  "of it, a load, a cart; {}): it keeps its range while the rest moves by, "
+                  "and is seen past from elsewhere. Its returns {}",
+                  beams, own.size(), sectors_of(own, found.fan),
+                  adopted ? "were left out"
+                          : "are in the map as if it stood there; offline they would be "
+                            "left out"));
+}
+
 }  // namespace
 
 std::optional<ScannerCheck::Found> check_scanner(Recording& recording,
@@ -117,6 +149,8 @@ void place_changes(Recording& recording, const CalibrationOptions& settings,
 void report_scanner(const ScannerCheck::Found& found, const Calibration& stated, bool adopted,
                     Diagnostics& metrics) {
   const ScanCorrection& c = found.correction;
+  if (!c.own.empty()) report_own(found, adopted, metrics);
+  if (!c.misread()) return;
   const double yaw = stated.lidar ? stated.lidar->T_body_lidar.so3().yaw() : 0;
   metrics.warn(
       id_of(c),

@@ -7,6 +7,7 @@
 #include <lamina/frontend/motion/likelihood_grid.hpp>
 #include <lamina/frontend/motion/line_matcher.hpp>
 #include <lamina/models/median.hpp>
+#include <lamina/pipeline/calibration/own_returns.hpp>
 
 namespace lamina {
 namespace {
@@ -252,10 +253,30 @@ ScannerCheck::Found ScannerCheck::found_all_along() const {
   return result;
 }
 
+std::vector<OwnBeam> ScannerCheck::own() const {
+  std::vector<ScanPair> pairs;
+  for (const Pairs* some : {&pairs_, &later_}) {
+    for (const Pair& p : *some)
+      pairs.push_back({&p.from, &p.to, seen_from(seat(p.from.lidar.T_body_lidar), p.wheels)});
+  }
+  return own_returns(pairs);
+}
+
 std::optional<ScannerCheck::Found> ScannerCheck::found() const {
   if (several_ || pairs_.size() < options_.least_pairs) return std::nullopt;
-  Found result = found_all_along();
-  find_changes(result);
+  ScannerCheck rest = *this;
+  ScanCorrection known;
+  known.own = own();
+  for (Pairs* pairs : {&rest.pairs_, &rest.later_}) {
+    for (Pair& pair : *pairs) {
+      known.remove_own(pair.from);
+      known.remove_own(pair.to);
+    }
+  }
+  Found result = rest.found_all_along();
+  rest.find_changes(result);
+  result.correction.own = known.own;
+  result.fan = {from_->angle_min, from_->angle_increment};
   return result.correction.any() ? std::optional(result) : std::nullopt;
 }
 

@@ -55,16 +55,24 @@ class ScannerCheck {
     Timestamp middle() const { return from + 0.5 * (to - from); }
   };
   struct Found {
+    struct Fan {
+      double angle_min = 0, angle_increment = 0;  ///< rad, as stated
+      double angle(std::size_t i) const {
+        return angle_min + static_cast<double>(i) * angle_increment;
+      }
+    };
     ScanCorrection correction;         ///< with stretches as fine as the turns are
     double cost_stated = 0, cost = 0;  ///< sums over the pairs
     std::size_t pairs = 0;
     double turn_ratio = 1;  ///< of scans as stated over wheels, median
     /// Where the beams' order changes: between these stamps each.
     std::vector<Between> changes;
+    Fan fan = {};  ///< whose beams correction.own counts
     double gain() const { return cost_stated - cost; }
   };
-  /// The best hypothesis over the first pairs where it clearly beats the description; nullopt where
-  /// that stands or the pairs are too few.
+  /// What comes along with the robot (own_returns), and with that left out the best hypothesis over
+  /// the first pairs where it clearly beats the description; nullopt where there is neither, or the
+  /// pairs are too few.
   std::optional<Found> found() const;
   /// What lies between the first of these and the second, and so on.
   static std::vector<Stretch> stretches(const std::vector<Timestamp>& changes);
@@ -86,6 +94,7 @@ class ScannerCheck {
   };
   void keep(const Pair& pair, bool turns, bool travels);
   using TwoCosts = std::array<double, 2>;  // as found, reversed
+  std::vector<OwnBeam> own() const;
   Found found_all_along() const;
   Pairs turns() const;
   std::vector<std::size_t> cheapest_states(const std::vector<TwoCosts>& costs) const;

@@ -57,6 +57,11 @@ std::vector<Setting> general_rows() {
       LAMINA_ROW("robot.max_step_m", robot.max_step, "m, largest step its wheels climb"),
       LAMINA_ROW_DEG("robot.max_slope_deg", robot.max_slope, "degrees, steepest slope it drives"),
       self_calibration_row(),
+      LAMINA_ROW("lidar.range_sigma", stated_scanner.range_sigma,
+                 "m, 1-sigma of a scanner's range; 0: as the recording says"),
+      LAMINA_ROW_DEG("lidar.field_of_view_deg", stated_scanner.field_of_view,
+                     "degrees from a scan's first beam to its last, about the middle of what the "
+                     "recording states; 0: as the recording says"),
       LAMINA_ROW(
           "lidar.sweep_s", sweep,
           "s from a scan's first beam to its last where the recording does not say (ROS bags "

@@ -12,6 +12,7 @@
 #include <lamina/sensors/intrinsics.hpp>
 #include <lamina/sensors/odometry_track.hpp>
 #include <lamina/sensors/readers/image_file.hpp>
+#include <lamina/sensors/readers/odometry_frame.hpp>
 #include <lamina/sensors/readers/planar_odometry.hpp>
 #include <lamina/sensors/readers/recording_sources.hpp>
 #include <lamina/sensors/readers/repeated_images.hpp>
@@ -100,6 +101,10 @@ void DatasetRecording::read_poses() {
     StreamClock clock{"odometry.txt", {}, {}, {}};
     odometry_ = parse_odometry(text("odometry.txt"), skips_, &clock);
     take(clock.warnings, clock.remarks, {});
+    const auto& camera = calibration_.depth_camera;
+    take(mend_odometry_frame(odometry_,
+                             camera ? std::optional(camera->camera.T_body_camera) : std::nullopt),
+         {}, {});
     track_ = OdometryTrack(odometry_);
     settle_planar(track_.trajectory(), planar_stated_, calibration_, remarks_, warnings_);
   }

@@ -79,6 +79,10 @@ std::unique_ptr<Recording> as_it_is(const std::string& input, const RecordingOpt
   if (std::filesystem::is_directory(path, error)) {
     return open_folder(path, options);
   }
+  if (!std::filesystem::is_regular_file(path, error)) {
+    throw input_error(input, "", "a pipe or a device",
+                      "a file, which is read more than once: write it to one first");
+  }
   if (std::filesystem::is_empty(path, error) && !error) {
     throw input_error(input, "", "an empty file", "a recording");
   }

@@ -1,6 +1,7 @@
 // Reads ROS 1 messages. The only file that sees ROS headers; compiled as C++17.
 #include "rosbag_source.hpp"
 
+#include <console_bridge/console.h>
 #include <nav_msgs/Odometry.h>
 #include <rosbag/bag.h>
 #include <rosbag/query.h>
@@ -128,6 +129,7 @@ struct Source::Impl {
 
 Source::Source(const std::string& file) : impl_(std::make_unique<Impl>()) {
   try {
+    console_bridge::noOutputHandler();  // what fails is thrown, and said once
     impl_->bag.open(file, rosbag::bagmode::Read);
     impl_->view = std::make_unique<rosbag::View>(impl_->bag);
     impl_->position = impl_->view->begin();

@@ -18,9 +18,23 @@ constexpr double kFurthest = 1e7;         // m; positions beyond are damage
 constexpr double kQuaternionSlack = 0.1;  // off unit length: rounding at most
 constexpr double kUnendedSlack = 2e-3;    // of three digits
 
+// Items in the order of their stamps where the file has them in another; what was done, in words.
+template <typename T>
+std::vector<Warning> unshuffled(std::vector<T>& items, const std::string& file) {
+  std::vector<Timestamp> stamps;
+  for (const T& item : items) stamps.push_back(item.stamp);
+  if (!is_shuffled(stamps)) return {};
+  std::stable_sort(items.begin(), items.end(),
+                   [](const T& a, const T& b) { return a.stamp < b.stamp; });
+  return {{"clock_order", "lines of " + file +
+                              " stand in another order than their stamps, which follow each other "
+                              "evenly once put in order: they were taken in that order"}};
+}
+
 // Gives each item a stamp that can be, in the order of the file.
 template <typename T>
 void lay_in_order(std::vector<T>& items, StreamClock& clock) {
+  add_warnings(clock.warnings, unshuffled(items, clock.name));
   ClockStream stream{clock.name, {}, {}};
   for (const T& item : items) stream.stamps.emplace_back(item.stamp);
   ClockOrderOptions options;
@@ -253,13 +267,15 @@ std::vector<ScanLine> index_scans(std::string_view text, SkipCounts& skips) {
 }
 
 std::vector<ScanLine> index_scans(std::string_view text, SkipCounts& skips, ScanStream& stream) {
-  const std::vector<ScanLine> lines = index_scans(text, skips);
+  std::vector<ScanLine> lines = index_scans(text, skips);
+  const std::vector<Warning> order = unshuffled(lines, "scans.csv");
   for (const ScanLine& line : lines) {
     std::string why;
     const LaserScan scan = parse_scan_line(line.line, why).value_or(LaserScan());
     stream.add(line.stamp, scan.ranges, scan.range_min, scan.range_max);
   }
   stream.finish([&](std::size_t k) { return "scans.csv:" + std::to_string(lines[k].number); });
+  stream.warn(order);
   std::vector<ScanLine> used;
   for (std::size_t k = 0; k < lines.size(); ++k) {
     if (const auto stamp = stream.stamp(k))

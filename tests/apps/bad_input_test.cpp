@@ -41,7 +41,7 @@ TEST(BadInput, SettingsThatCannotWorkAreRefusedBeforeTheRun) {
   const Path out = scratch() / "nothing";
   auto arguments = map_to(room(1), out);
   arguments.insert(arguments.end(), {"--set", "grid.resolution_m=20"});
-  expect_refused(arguments, "grid.resolution_m: found '20', expected a number from 0.001 to 10");
+  expect_refused(arguments, "grid.resolution_m: found '20', expected a number from 0.005 to 10");
   const Path config = scratch() / "twice.yaml";
   std::ofstream(config) << "seed: 1\nthreads: 1\nseed: 2\n";
   arguments = map_to(room(1), out);

@@ -5,25 +5,12 @@
 
 #include <lamina/sensors/reclocked_recording.hpp>
 
+#include "support/listed_recording.hpp"
+
 namespace lamina {
 namespace {
 
 Timestamp at(double t) { return Timestamp::from_seconds(100 + t); }
-
-class Listed final : public Recording {
- public:
-  explicit Listed(std::vector<Measurement> all) : all_(std::move(all)) {}
-  std::optional<Measurement> next() override {
-    return i_ < all_.size() ? std::optional(all_[i_++]) : std::nullopt;
-  }
-  const Calibration& calibration() const override { return calibration_; }
-  SkippedCounts skipped() const override { return {}; }
-
- private:
-  std::vector<Measurement> all_;
-  std::size_t i_ = 0;
-  Calibration calibration_;
-};
 
 LaserScan scan(double t) {
   LaserScan s;
@@ -38,7 +25,7 @@ DepthFrame image(double t) {
 Odometry odometry(double t, double x) { return {at(t), SE3::planar(x, 0, 0), false}; }
 
 std::vector<Measurement> read(std::vector<Measurement> all, const ClockOffsets& offsets) {
-  ReclockedRecording recording(std::make_unique<Listed>(std::move(all)), offsets);
+  ReclockedRecording recording(std::make_unique<testing::ListedRecording>(std::move(all)), offsets);
   std::vector<Measurement> out;
   while (auto m = recording.next()) out.push_back(std::move(*m));
   return out;

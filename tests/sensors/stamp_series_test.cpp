@@ -186,6 +186,22 @@ TEST(ClockOrder, ClocksThatAreDaysApartAreLaidTogether) {
   EXPECT_EQ(clock.warnings[0].id, "clocks_apart");
 }
 
+TEST(StampSeries, LinesInAnyOrderAreShuffledIfTheirStampsAreEvenOnceSorted) {
+  std::vector<Timestamp> even, jitter, back;
+  for (int i = 0; i < 200; ++i) {
+    even.push_back(at(0.1 * i));
+    jitter.push_back(at(0.1 * i + 0.3 * ((i * 37) % 11) / 11));
+    back.push_back(at(i < 120 ? 0.1 * i : 0.1 * i - 5.05));
+  }
+  EXPECT_FALSE(is_shuffled(even));
+  EXPECT_FALSE(is_shuffled(jitter));
+  EXPECT_FALSE(is_shuffled(back));
+  std::vector<Timestamp> reversed(even.rbegin(), even.rend()), shuffled;
+  for (std::size_t i = 0; i < 200; ++i) shuffled.push_back(even[i * 73 % 200]);
+  EXPECT_TRUE(is_shuffled(reversed));
+  EXPECT_TRUE(is_shuffled(shuffled));
+}
+
 TEST(StampText, CountsMicrosecondsWithoutTheirZeros) {
   MicrosecondCheck unpadded, padded, tenths;
   for (int i = 0; i < 200; ++i) {

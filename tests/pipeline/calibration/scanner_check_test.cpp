@@ -130,6 +130,25 @@ TEST(ScannerCheck, FindsWhereTheOrderOfBeamsChanges) {
   }
 }
 
+// A board at 0.6 m before a third of the fan does not hide that beams run the other way.
+TEST(ScannerCheck, LeavesOutWhatComesAlongFirst) {
+  const auto found = driven(
+                         [](LaserScan& s) {
+                           std::reverse(s.ranges.begin(), s.ranges.end());
+                           std::fill(s.ranges.begin() + 20, s.ranges.begin() + 80, 0.6F);
+                         },
+                         1, turning)
+                         .found();
+  ASSERT_TRUE(found);
+  EXPECT_TRUE(found->correction.mirrored);
+  ASSERT_EQ(found->correction.own.size(), 181);
+  LaserScan scan;
+  scan.ranges.resize(181, 0.6F);
+  found->correction.apply(scan);
+  EXPECT_TRUE(scan.valid(10));
+  EXPECT_FALSE(scan.valid(50));
+}
+
 TEST(ScannerCheck, TwoScansInTurnShowThatTheirOrderChanges) {
   Scanner scanner;
   LaserScan one = scanner.scan(testing::room(), testing::drive(20), 1);

@@ -1,0 +1,62 @@
+// A recording without what a sensor or driver that hung gave again and again.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <lamina/sensors/forwarding_recording.hpp>
+
+namespace lamina {
+
+struct RepeatOptions {
+  double moved = 0.01;    ///< m, or
+  double turned = 0.005;  ///< rad: by so little more no two images or scans are the same
+  std::int64_t few = 3;   ///< repeats at least, to be said
+};
+
+/// Of one kind of measurement: what the last one held, and where the odometry was then.
+class Repeats {
+ public:
+  explicit Repeats(const RepeatOptions& options = {}) : options_(options) {}
+
+  /// `content`: the measurement's bytes; `T_odom_body`: nullopt before the first odometry. Whether
+  /// the content is that of the measurement before, though the odometry moved since: no sensor's
+  /// noise gives that.
+  bool add(Timestamp stamp, std::size_t content, const std::optional<SE3>& T_odom_body);
+  /// "12 of 300 scans ..., first at T"; nullopt where fewer than `few` are.
+  std::optional<Warning> warning(const std::string& id, const std::string& what) const;
+
+ private:
+  RepeatOptions options_;
+  std::optional<std::size_t> content_;
+  std::optional<SE3> T_odom_body_;  ///< where this content came first
+  std::optional<Timestamp> first_;
+  std::int64_t all_ = 0, repeated_ = 0;
+  double farthest_ = 0;  ///< m, moved under one content
+};
+
+/// The source's measurements; scans and images that repeat the one before though the robot moved
+/// are without returns: no evidence of what is there now. Warnings "scans_repeat" and
+/// "images_repeat". Without odometry nothing tells a robot that stands from a camera that hangs.
+class UnrepeatedRecording final : public ForwardingRecording {
+ public:
+  explicit UnrepeatedRecording(std::unique_ptr<Recording> source)
+      : ForwardingRecording(std::move(source)) {}
+
+  std::optional<Measurement> next() override { return checked(source().next()); }
+  std::optional<Measurement> next_light() override { return checked(source().next_light()); }
+  std::vector<Warning> warnings() const override;
+
+ private:
+  std::optional<Measurement> checked(std::optional<Measurement> measurement);
+
+  std::optional<SE3> T_odom_body_;
+  Repeats scans_, images_;
+};
+
+}  // namespace lamina
