@@ -12,11 +12,36 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 
+// m, of the camera over the largest level plane that it sees below it.
+std::optional<double> height_over_floor(const Step& step, const SE3& T_levelled_camera,
+                                        double most_tilt) {
+  std::optional<double> height;
+  double largest = 0;
+  for (const PlaneObservation& seen : step.observations.planes) {
+    const Eigen::Vector3d normal = T_levelled_camera.so3() * seen.plane_sensor.normal();
+    if (normal.z() < std::cos(most_tilt) || seen.moments_sensor.weight() <= largest) continue;
+    largest = seen.moments_sensor.weight();
+    height = -seen.plane_sensor.rho();
+  }
+  return height;
+}
+
 }  // namespace
 
-void SensorChanges::Series::close() {
-  medians.push_back(median(std::move(block)));
-  block.clear();
+void SensorChanges::Series::add(Timestamp stamp, double value, double length) {
+  if (from_.empty() || stamp - from_.back() >= length) {
+    if (!from_.empty()) medians_.push_back(median(std::move(block_)));
+    block_.clear();
+    from_.push_back(stamp);
+  }
+  block_.push_back(value);
+}
+
+std::optional<SensorChanges::Series::Found> SensorChanges::Series::step(
+    double least, const StepChangeOptions& options) const {
+  const auto found = find_step(medians_, options);
+  if (!found || std::abs(found->after - found->before) < least) return std::nullopt;
+  return Found{*found, from_[found->at]};
 }
 
 void SensorChanges::add(const Step& step) {
@@ -25,20 +50,19 @@ void SensorChanges::add(const Step& step) {
 }
 
 void SensorChanges::add_camera(const Step& step) {
+  if (T_start_image_ &&
+      (T_start_image_->inverse() * step.T_start_body).log().norm() < options_.moved)
+    return;
+  T_start_image_ = step.T_start_body;
   const Timestamp stamp = step.observations.stamp;
-  if (camera_block_ && stamp - *camera_block_ >= options_.block) {
-    for (Series* series : {&roll_, &pitch_, &height_}) series->close();
-    camera_block_.reset();
-  }
-  if (!camera_block_) {
-    camera_block_ = stamp;
-    for (Series* series : {&roll_, &pitch_, &height_}) series->from.push_back(stamp);
-  }
   const SE3 T_levelled_camera = step.T_body_levelled.inverse() * step.observations.T_body_sensor;
+  const auto height = height_over_floor(step, T_levelled_camera, options_.level);
+  floors_.add(stamp, height ? 1 : 0, options_.block);
+  if (!height) return;
   const Eigen::Vector3d turned = step.T_body_levelled.so3().log();
-  roll_.block.push_back(turned.x());
-  pitch_.block.push_back(turned.y());
-  height_.block.push_back(T_levelled_camera.translation().z());
+  roll_.add(stamp, turned.x(), options_.block);
+  pitch_.add(stamp, turned.y(), options_.block);
+  height_.add(stamp, *height, options_.block);
 }
 
 void SensorChanges::add_ways(const Step& step) {
@@ -49,53 +73,40 @@ void SensorChanges::add_ways(const Step& step) {
   }
   piece_.add(*step.wheels_moved, step.scan_motion->T_prev_curr_body);
   if (!is_whole(piece_)) return;
-  if (const auto lengths = lengths_of(piece_)) {
-    if (!way_block_) {
-      way_block_ = step.observations.stamp;
-      ratio_.from.push_back(*way_block_);
-    }
-    ratio_.block.push_back(lengths->scans / lengths->wheels);
-    way_ += lengths->wheels;
-    if (way_ >= options_.way) {
-      ratio_.close();
-      way_block_.reset();
-      way_ = 0;
-    }
-  }
+  if (const auto lengths = lengths_of(piece_))
+    ratio_.add(step.observations.stamp, lengths->scans / lengths->wheels, options_.block);
   piece_ = {};
 }
 
 std::vector<Warning> SensorChanges::warnings() const {
-  std::vector<Warning> all;
   std::string camera;
   const auto look = [&](const Series& series, double least, const char* what, double unit,
                         const char* unit_name) {
-    const auto found = find_step(series.medians, options_.step);
-    if (!found || !(std::abs(found->after - found->before) >= least)) return;
-    camera += fmt::format(
-        "{}its {} over the floor it sees goes from {:.2f} to {:.2f} {} at about "
-        "{} s",
-        camera.empty() ? "" : ", ", what, found->before / unit, found->after / unit, unit_name,
-        series.from[found->at].to_string());
+    const auto found = series.step(least, options_.step);
+    if (!found) return;
+    camera += fmt::format("{}its {} goes from {:.2f} to {:.2f}{} at about {} s",
+                          camera.empty() ? "" : ", ", what, found->change.before / unit,
+                          found->change.after / unit, unit_name, found->at.to_string());
   };
-  look(roll_, options_.least_tilt, "roll", kDegree, "degrees");
-  look(pitch_, options_.least_tilt, "pitch", kDegree, "degrees");
-  const double height = height_.medians.empty() ? 0 : std::abs(height_.medians.front());
-  look(height_, options_.least_height * height, "height", 1, "m");
+  look(roll_, options_.least_tilt, "roll over the floor it sees", kDegree, " degrees");
+  look(pitch_, options_.least_tilt, "pitch over the floor it sees", kDegree, " degrees");
+  const double height = height_.medians().empty() ? 0 : std::abs(height_.medians().front());
+  look(height_, options_.least_height * height, "height over the floor it sees", 1, " m");
+  look(floors_, options_.least_share, "share of images with a floor", 1, "");
+  std::vector<Warning> all;
   if (!camera.empty()) {
-    all.push_back(
-        {"camera_changes", "the camera does not stay as it is: " + camera +
-                               " (knocked, or its depth in another unit from there on). What self-"
-                               "calibration found holds for neither part: map them one by one"});
+    all.push_back({"camera_changes",
+                   "the camera does not stay as it is: " + camera +
+                       " (knocked, covered, or its depth in another unit from there on). What "
+                       "self-calibration found holds for neither part: map them one by one"});
   }
-  const auto ways = find_step(ratio_.medians, options_.step);
-  if (ways && std::abs(ways->after - ways->before) >= options_.least_ratio) {
+  if (const auto found = ratio_.step(options_.least_ratio, options_.step)) {
     all.push_back(
         {"ranges_change",
          fmt::format("scans tell {:.3f} times the way that wheels tell up to {} s, {:.3f} "
                      "times after it: ranges of the scanner, or wheels, have another "
                      "scale from there on, and so has the map",
-                     ways->before, ratio_.from[ways->at].to_string(), ways->after)});
+                     found->change.before, found->at.to_string(), found->change.after)});
   }
   return all;
 }

@@ -13,17 +13,20 @@ namespace lamina {
 
 struct SensorChangeOptions {
   double block = 2;            ///< s: errors of neighbouring images are shared for as long
-  double way = 3;              ///< m of wheels beside scans in a block
+  double moved = 0.05;         ///< m or rad from one image that counts to the next
+  double level = 0.25;         ///< rad: planes tilted by less may be floor
   double least_tilt = 0.03;    ///< rad, and
   double least_height = 0.06;  ///< of the camera's height: smaller ones are the floor's
+  double least_share = 0.7;    ///< of images that show floor
   double least_ratio = 0.05;   ///< of scans' way over wheels': carpets do as much
   StepChangeOptions step = {};
 };
 
 /// Follows step by step what a recording's sensors say of each other, as medians by blocks: way by
-/// scans over way by wheels; the tilt and height under which the camera sees its floor. A step in
-/// one of them is a camera that was knocked, a unit that changed, a scanner or wheels that became
-/// others. What was estimated before it, or over both, holds for neither.
+/// scans over way by wheels; the tilt under which the camera sees its floor, how high it is over
+/// the largest level plane, how many images show one. A step in one of them is a camera that was
+/// knocked, a unit that changed, a scanner or wheels that became others. What was estimated before
+/// it, or over both, holds for neither.
 class SensorChanges {
  public:
   explicit SensorChanges(const SensorChangeOptions& options = {}) : options_(options) {}
@@ -33,20 +36,29 @@ class SensorChanges {
   std::vector<Warning> warnings() const;
 
  private:
-  struct Series {
-    std::vector<Timestamp> from;  ///< of each block's first value
-    std::vector<double> medians;
-    std::vector<double> block;  ///< values of the one that goes on
-    void close();
+  /// Medians of blocks of values, each with its first stamp.
+  class Series {
+   public:
+    /// A value; a new block begins where the last one is `length` long.
+    void add(Timestamp stamp, double value, double length);
+    struct Found {
+      StepChange change;
+      Timestamp at;
+    };
+    std::optional<Found> step(double least, const StepChangeOptions& options) const;
+    const std::vector<double>& medians() const { return medians_; }
+
+   private:
+    std::vector<Timestamp> from_;
+    std::vector<double> medians_, block_;
   };
   void add_camera(const Step& step);
   void add_ways(const Step& step);
 
   SensorChangeOptions options_;
-  Series roll_, pitch_, height_, ratio_;
-  std::optional<Timestamp> camera_block_, way_block_;
+  Series roll_, pitch_, height_, floors_, ratio_;
+  std::optional<SE3> T_start_image_;  ///< of the body at the last image that counts
   PairedMotion piece_;
-  double way_ = 0;
 };
 
 }  // namespace lamina

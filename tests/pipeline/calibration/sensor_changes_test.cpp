@@ -17,6 +17,15 @@ Step image(int i, double tilt, double height) {
   step.observations.T_body_sensor = SE3(SO3(), {0.1, 0, kHeight});
   const double scatter = 0.002 * std::sin(7.0 * i);
   step.T_body_levelled = SE3(SO3::rot_y(tilt + scatter), {0, 0, height + scatter});
+  step.T_start_body = SE3::planar(0.1 * i, 0, 0);
+  const Eigen::Vector3d up_sensor = step.observations.T_body_sensor.so3().inverse() *
+                                    (step.T_body_levelled.so3() * Eigen::Vector3d::UnitZ());
+  PlaneObservation floor;
+  floor.plane_sensor = Plane(up_sensor, -(kHeight - height));
+  for (const double x : {0.0, 1.0}) {
+    for (const double y : {0.0, 1.0}) floor.moments_sensor.add({x, y, -kHeight});
+  }
+  step.observations.planes.push_back(floor);
   step.obstacles.emplace();
   return step;
 }
@@ -34,11 +43,14 @@ Step scan(int i, double scale) {
 }
 
 TEST(SensorChanges, SaysWhenACameraMoves) {
-  SensorChanges steady, knocked, other_unit;
+  SensorChanges steady, knocked, other_unit, covered;
   for (int i = 0; i < 80; ++i) {
+    Step bare = image(i, 0, 0);
+    if (i > 40) bare.observations.planes.clear();
+    covered.add(bare);
     steady.add(image(i, 0.01, 0));
     knocked.add(image(i, i < 40 ? 0 : 0.08, 0));
-    other_unit.add(image(i, 0, i < 40 ? 0 : -0.2 * kHeight));
+    other_unit.add(image(i, 0, i < 40 ? 0 : 0.2 * kHeight));
   }
   EXPECT_TRUE(steady.warnings().empty());
   ASSERT_EQ(knocked.warnings().size(), 1);
@@ -47,6 +59,8 @@ TEST(SensorChanges, SaysWhenACameraMoves) {
   EXPECT_NE(knocked.warnings()[0].text.find("at about 120"), std::string::npos);
   ASSERT_EQ(other_unit.warnings().size(), 1);
   EXPECT_NE(other_unit.warnings()[0].text.find("height"), std::string::npos);
+  ASSERT_EQ(covered.warnings().size(), 1);
+  EXPECT_NE(covered.warnings()[0].text.find("share of images"), std::string::npos);
 }
 
 TEST(SensorChanges, SaysWhenRangesBecomeOthers) {
@@ -62,7 +76,8 @@ TEST(SensorChanges, SaysWhenRangesBecomeOthers) {
 
 TEST(SensorChanges, NumbersMayBeOffByAHalf) {
   for (double SensorChangeOptions::*member :
-       {&SensorChangeOptions::block, &SensorChangeOptions::way, &SensorChangeOptions::least_tilt,
+       {&SensorChangeOptions::block, &SensorChangeOptions::moved, &SensorChangeOptions::level,
+        &SensorChangeOptions::least_share, &SensorChangeOptions::least_tilt,
         &SensorChangeOptions::least_height, &SensorChangeOptions::least_ratio}) {
     for (const double k : {0.5, 1.5}) {
       SensorChangeOptions options;
