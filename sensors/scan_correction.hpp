@@ -34,18 +34,23 @@ struct ScanCorrection {
       false;       ///< beams run the other way: clockwise, or a scanner that hangs upside down
   double yaw = 0;  ///< rad about the body's z, added to the stated heading of the scanner
 
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< m, added to the stated place in the body
+
   std::vector<Stretch> reversed = {};  ///< there beams run the other way than in the rest
   std::vector<OwnBeam> own = {};  ///< by beam, of scans that have as many: no measurement (NaN)
 
   bool any() const { return misread() || !own.empty(); }
-  /// Angles of beams are not as stated.
-  bool misread() const { return aperture != 1 || mirrored || yaw != 0 || !reversed.empty(); }
+  /// The scanner or its beams are not as stated.
+  bool misread() const {
+    return aperture != 1 || mirrored || yaw != 0 || !reversed.empty() || !place.isZero();
+  }
   bool is_mirrored(Timestamp stamp) const {
     const auto has = [stamp](const Stretch& stretch) { return stretch.has(stamp); };
     return mirrored != std::any_of(reversed.begin(), reversed.end(), has);
   }
   SE3 apply(const SE3& T_body_lidar) const {
-    return {SO3::rot_z(yaw) * T_body_lidar.so3(), T_body_lidar.translation()};
+    return {SO3::rot_z(yaw) * T_body_lidar.so3(),
+            T_body_lidar.translation() + Eigen::Vector3d(place.x(), place.y(), 0)};
   }
   void apply(LaserScan& scan) const {
     remove_own(scan);

@@ -36,17 +36,24 @@ Past look(const LaserScan& scan, const Eigen::Vector2d& place, double off) {
   return past > off ? Past::kSeenPast : past < -off ? Past::kUnknown : Past::kMet;
 }
 
-void vote(const ScanPair& pair, const OwnReturnOptions& options, std::vector<Votes>& votes) {
+struct Met {
+  double met = 0, past = 0;  // returns of any range, where they would be at rest
+};
+
+void vote(const ScanPair& pair, const OwnReturnOptions& options, std::vector<Votes>& votes,
+          Met& all) {
   const PlanarPose T_to_from = pair.T_from_to.inverse();
   const double same = tolerance(*pair.from, options);
   for (std::size_t i = 0; i < pair.from->size(); ++i) {
-    if (!pair.from->valid(i) || !pair.to->valid(i)) continue;
+    if (!pair.from->valid(i)) continue;
     const double range = static_cast<double>(pair.from->ranges[i]);
-    if (range > options.most_range) continue;
     const Eigen::Vector2d here = pair.from->point(i), there = T_to_from * here;
     const double way = (there - here).norm();
     if (way < options.way) continue;
     const Past past = look(*pair.to, there, options.off + options.off_share * way);
+    all.met += past == Past::kMet;
+    all.past += past == Past::kSeenPast;
+    if (!pair.to->valid(i) || range > options.most_range) continue;
     const bool one = std::abs(static_cast<double>(pair.to->ranges[i]) - range) <= same;
     if (one && past == Past::kSeenPast) votes[i].along.push_back(range);
     if (one && past == Past::kMet) votes[i].either.push_back(range);
@@ -59,46 +66,64 @@ double about(const std::vector<double>& ranges, double middle, double same) {
                                            [&](double r) { return std::abs(r - middle) <= same; }));
 }
 
+class Judge {
+ public:
+  Judge(const std::vector<Votes>& votes, double same, const OwnReturnOptions& options)
+      : votes_(votes), own_(votes.size()), same_(same), options_(options) {}
+
+  std::vector<OwnBeam> own() {
+    for (std::size_t i = 0; i < own_.size(); ++i) judge(i);
+    for (std::size_t i = 1; i < own_.size(); ++i) spread(i - 1, i);
+    for (std::size_t i = own_.size(); i-- > 1;) spread(i, i - 1);
+    const bool any =
+        std::any_of(own_.begin(), own_.end(), [](const OwnBeam& beam) { return beam.any(); });
+    return any ? own_ : std::vector<OwnBeam>();
+  }
+
+ private:
+  bool enough(std::size_t i, double range, double along) const {
+    return along >= static_cast<double>(options_.least) &&
+           along >= options_.times_at_rest * about(votes_[i].at_rest, range, same_);
+  }
+  void judge(std::size_t i) {
+    if (votes_[i].along.size() < options_.least) return;
+    const double range = median(votes_[i].along);
+    const double along = about(votes_[i].along, range, same_);
+    if (enough(i, range, along) &&
+        along >= options_.times_either * about(votes_[i].either, range, same_))
+      own_[i] = {range - same_, range + same_};
+  }
+  // The middle of what is broad is seen past by few.
+  void spread(std::size_t from, std::size_t to) {
+    if (!own_[from].any() || own_[to].any()) return;
+    std::vector<double> ranges = votes_[to].along;
+    ranges.insert(ranges.end(), votes_[to].either.begin(), votes_[to].either.end());
+    if (ranges.size() < options_.least) return;
+    const double range = median(ranges);
+    const bool beside = range > own_[from].near - same_ && range < own_[from].far + same_;
+    if (beside && enough(to, range, about(ranges, range, same_)))
+      own_[to] = {range - same_, range + same_};
+  }
+
+  const std::vector<Votes>& votes_;
+  std::vector<OwnBeam> own_;
+  double same_;
+  const OwnReturnOptions& options_;
+};
+
 }  // namespace
 
 std::vector<OwnBeam> own_returns(std::span<const ScanPair> pairs, const OwnReturnOptions& options) {
   if (pairs.empty()) return {};
   const std::size_t beams = pairs[0].from->size();
   std::vector<Votes> votes(beams);
+  Met all;
   for (const ScanPair& pair : pairs) {
     if (pair.from->size() != beams || pair.to->size() != beams) return {};
-    vote(pair, options, votes);
+    vote(pair, options, votes, all);
   }
-  const double same = tolerance(*pairs[0].from, options);
-  std::vector<OwnBeam> own(beams);
-  const auto at_rest = [&](std::size_t i, double range) {
-    return options.times_at_rest * about(votes[i].at_rest, range, same);
-  };
-  for (std::size_t i = 0; i < beams; ++i) {
-    if (votes[i].along.size() < options.least) continue;
-    const double range = median(votes[i].along);
-    const double along = about(votes[i].along, range, same);
-    if (along >= static_cast<double>(options.least) && along >= at_rest(i, range) &&
-        along >= options.times_either * about(votes[i].either, range, same))
-      own[i] = {range - same, range + same};
-  }
-  // The middle of what is broad is seen past by few.
-  const auto spread = [&](std::size_t from, std::size_t to) {
-    if (!own[from].any() || own[to].any()) return;
-    std::vector<double> ranges = votes[to].along;
-    ranges.insert(ranges.end(), votes[to].either.begin(), votes[to].either.end());
-    if (ranges.size() < options.least) return;
-    const double range = median(ranges);
-    const bool beside = range > own[from].near - same && range < own[from].far + same;
-    const double along = about(ranges, range, same);
-    if (beside && along >= static_cast<double>(options.least) && along >= at_rest(to, range))
-      own[to] = {range - same, range + same};
-  };
-  for (std::size_t i = 1; i < beams; ++i) spread(i - 1, i);
-  for (std::size_t i = beams; i-- > 1;) spread(i, i - 1);
-  const bool any =
-      std::any_of(own.begin(), own.end(), [](const OwnBeam& beam) { return beam.any(); });
-  return any ? own : std::vector<OwnBeam>();
+  if (all.met < options.met * (all.met + all.past)) return {};
+  return Judge(votes, tolerance(*pairs[0].from, options), options).own();
 }
 
 }  // namespace lamina

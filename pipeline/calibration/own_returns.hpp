@@ -20,6 +20,7 @@ struct OwnReturnOptions {
   double way = 0.15;           ///< m by which a place at rest has to move in the scanner's frame
   std::size_t least = 6;       ///< pairs of scans in which a beam's return came along
   double times_at_rest = 3;    ///< that many times the pairs in which its return stayed at rest
+  double met = 0.6;            ///< share of all returns met again or seen past that must be met
   double times_either = 0.25;  ///< and those that tell neither
 };
 
@@ -34,8 +35,9 @@ struct ScanPair {
 /// pushed. Of two scans with a motion between them such a beam has one range in both, and where its
 /// return would be were it at rest, the second scan sees past it. A wall that is driven along has
 /// one range, too, and is met again where it was; so is a pillar that is driven around.
-/// m, by beam: `ScanCorrection::own`; empty where there are none. All scans must be of one size,
-/// else empty. Cost: pairs times beams.
+/// By beam: `ScanCorrection::own`; empty where there are none, and where the motions are not to be
+/// used: most returns are not met again by them (wheels or a scanner that are not as stated). All
+/// scans must be of one size, else empty. Cost: pairs times beams.
 std::vector<OwnBeam> own_returns(std::span<const ScanPair> pairs,
                                  const OwnReturnOptions& options = {});
 

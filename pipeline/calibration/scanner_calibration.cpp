@@ -36,6 +36,9 @@ std::string causes_of(const ScanCorrection& correction) {
         fmt::format("the robot drives {:+.1f} deg away from where they have it drive: the scanner "
                     "does not face ahead as stated",
                     correction.yaw / kDegree));
+  if (!correction.place.isZero())
+    add(fmt::format("turns move them as a scanner {:.2f} m from where T_body_lidar has it",
+                    correction.place.norm()));
   return text;
 }
 
@@ -52,6 +55,9 @@ std::string done_for(const ScanCorrection& correction, double stated_yaw) {
     add(fmt::format("lidar yaw {:.1f} deg instead of {:.1f}",
                     std::remainder(stated_yaw + correction.yaw, 2 * M_PI) / kDegree,
                     stated_yaw / kDegree));
+  if (!correction.place.isZero())
+    add(fmt::format("lidar moved by x {:+.2f} y {:+.2f} m", correction.place.x(),
+                    correction.place.y()));
   return text;
 }
 
@@ -59,6 +65,7 @@ const char* id_of(const ScanCorrection& correction) {
   constexpr double kBackwards = 150 * kDegree;
   if (correction.mirrored || !correction.reversed.empty()) return "scan_mirrored";
   if (correction.aperture != 1) return "field_of_view";
+  if (correction.yaw == 0) return "lidar_mounting";
   return std::abs(correction.yaw) > kBackwards ? "lidar_backwards" : "lidar_yaw";
 }
 
@@ -169,6 +176,11 @@ void report_scanner(const ScannerCheck::Found& found, const Calibration& stated,
   if (!c.reversed.empty())
     note("lidar.beam_direction_changes", 0, static_cast<double>(found.changes.size()));
   if (c.aperture != 1) note("lidar.field_of_view_factor", 1, c.aperture);
+  if (!c.place.isZero() && stated.lidar) {
+    const Eigen::Vector3d was = stated.lidar->T_body_lidar.translation();
+    note("lidar.x_m", was.x(), was.x() + c.place.x());
+    note("lidar.y_m", was.y(), was.y() + c.place.y());
+  }
   if (c.yaw != 0)
     note("lidar.yaw_deg", yaw / kDegree, std::remainder(yaw + c.yaw, 2 * M_PI) / kDegree);
 }

@@ -135,7 +135,9 @@ PlanarPose ScannerCheck::hypothetical(const PlanarPose& scans,
                                       const ScanCorrection& correction) const {
   const PlanarPose stated = seat(from_->lidar.T_body_lidar);
   const PlanarPose seen = seen_from(stated, scans);
-  const PlanarPose is = turned(stated, correction.yaw);
+  PlanarPose is = turned(stated, correction.yaw);
+  is.x += correction.place.x();
+  is.y += correction.place.y();
   return is * (correction.mirrored ? mirror_image(seen) : seen) * is.inverse();
 }
 
@@ -205,6 +207,31 @@ double ScannerCheck::heading(const std::vector<Matched>& pairs, bool mirrored) c
   return observed && std::abs(best) >= options_.least_yaw ? best : 0;
 }
 
+// A scanner elsewhere by d moves by (I - R) d more in a turn R of the body: d by least squares,
+// pairs that it leaves off are left out in the next round.
+Eigen::Vector2d ScannerCheck::place(const std::vector<Matched>& pairs,
+                                    const ScanCorrection& correction) const {
+  ScanCorrection found = correction;
+  for (int round = 0; round < options_.place_rounds; ++round) {
+    Eigen::Matrix2d A = Eigen::Matrix2d::Zero();
+    Eigen::Vector2d b = Eigen::Vector2d::Zero();
+    std::size_t turns = 0;
+    for (const Matched& pair : pairs) {
+      const bool fits = round == 0 || cost(pair, found) < options_.most_cost;
+      if (!pair.way_known || std::abs(pair.wheels.yaw) < options_.turning || !fits) continue;
+      const PlanarPose scans = hypothetical(pair.scans, correction);
+      const Eigen::Matrix2d J = Eigen::Matrix2d::Identity() - scans.rotation();
+      A += J.transpose() * J;
+      b += J.transpose() * (pair.wheels.translation() - scans.translation());
+      ++turns;
+    }
+    if (turns < options_.least_pairs) return correction.place;
+    found.place = correction.place + Eigen::Vector2d(A.ldlt().solve(b));
+  }
+  return (found.place - correction.place).norm() >= options_.least_place ? found.place
+                                                                         : correction.place;
+}
+
 // The aperture under which scans turn as wheels do; makers choose quarters of a degree.
 double ScannerCheck::aperture_for(double turn_ratio) const {
   constexpr double kQuarter = M_PI / 720, kNear = 0.03;
@@ -212,6 +239,15 @@ double ScannerCheck::aperture_for(double turn_ratio) const {
   const double found = stated / std::abs(turn_ratio);
   const double round = kQuarter * std::max(1.0, std::round(found / kQuarter));
   return (std::abs(round / found - 1) < kNear ? round : found) / stated;
+}
+
+void ScannerCheck::try_elsewhere(const std::vector<Matched>& pairs, Found& result) const {
+  ScanCorrection elsewhere = result.correction;
+  elsewhere.place = place(pairs, elsewhere);
+  const double sum = cost(pairs, elsewhere);
+  if (!(sum + 2 * options_.simpler < result.cost)) return;
+  result.cost = sum;
+  result.correction = elsewhere;
 }
 
 ScannerCheck::Found ScannerCheck::found_all_along() const {
@@ -247,6 +283,7 @@ ScannerCheck::Found ScannerCheck::found_all_along() const {
     }
     if (total_misfit(other) < total_misfit(stated)) try_all(other, aperture);
   }
+  if (result.correction.aperture == 1) try_elsewhere(stated, result);
   const bool clear = result.gain() >= options_.least_gain &&
                      result.cost <= options_.most_ratio * result.cost_stated;
   if (!clear) result.correction = {};
@@ -262,19 +299,27 @@ std::vector<OwnBeam> ScannerCheck::own() const {
   return own_returns(pairs);
 }
 
+void ScannerCheck::correct(const ScanCorrection& correction) {
+  for (Pairs* pairs : {&pairs_, &later_}) {
+    for (Pair& pair : *pairs) {
+      correction.apply(pair.from);
+      correction.apply(pair.to);
+    }
+  }
+}
+
 std::optional<ScannerCheck::Found> ScannerCheck::found() const {
   if (several_ || pairs_.size() < options_.least_pairs) return std::nullopt;
   ScannerCheck rest = *this;
   ScanCorrection known;
   known.own = own();
-  for (Pairs* pairs : {&rest.pairs_, &rest.later_}) {
-    for (Pair& pair : *pairs) {
-      known.remove_own(pair.from);
-      known.remove_own(pair.to);
-    }
-  }
+  rest.correct(known);
   Found result = rest.found_all_along();
   rest.find_changes(result);
+  if (known.own.empty() && result.correction.misread()) {  // by motions that now are right
+    rest.correct(result.correction);
+    known.own = rest.own();
+  }
   result.correction.own = known.own;
   result.fan = {from_->angle_min, from_->angle_increment};
   return result.correction.any() ? std::optional(result) : std::nullopt;

@@ -30,6 +30,8 @@ struct ScannerCheckOptions {
   double agrees = 4;             ///< cost: a match that begins at the wheels' motion and ends there
   double least_matched = 0.6;    ///< of a scan, for its match to count
   double least_yaw = 0.26;       ///< rad: smaller headings are the mounting calibration's
+  double least_place = 0.2;      ///< m: smaller offsets are the mounting calibration's
+  int place_rounds = 4;          ///< of least squares, without what the last one left off
   double least_aperture = 0.12;  ///< share: wheels turn no better than that
   double search_turn = 0.9, search_way = 0.8;  ///< rad, m: where a match is looked for
 };
@@ -94,7 +96,9 @@ class ScannerCheck {
   };
   void keep(const Pair& pair, bool turns, bool travels);
   using TwoCosts = std::array<double, 2>;  // as found, reversed
+  void correct(const ScanCorrection& correction);
   std::vector<OwnBeam> own() const;
+  void try_elsewhere(const std::vector<Matched>& pairs, Found& result) const;
   Found found_all_along() const;
   Pairs turns() const;
   std::vector<std::size_t> cheapest_states(const std::vector<TwoCosts>& costs) const;
@@ -105,6 +109,7 @@ class ScannerCheck {
   double cost(const std::vector<Matched>& pairs, const ScanCorrection& correction) const;
   std::optional<double> turn_ratio(const std::vector<Matched>& pairs) const;
   double heading(const std::vector<Matched>& pairs, bool mirrored) const;
+  Eigen::Vector2d place(const std::vector<Matched>& pairs, const ScanCorrection& correction) const;
   double aperture_for(double turn_ratio) const;
 
   ScannerCheckOptions options_;

@@ -10,20 +10,17 @@
 namespace lamina {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
-
-// m, of the camera over the largest level plane that it sees below it.
-std::optional<double> height_over_floor(const Step& step, const SE3& T_levelled_camera,
-                                        double most_tilt) {
-  std::optional<double> height;
+// The largest level plane that the camera sees below it, in its frame.
+std::optional<Plane> floor_of(const Step& step, const SO3& R_levelled_camera, double most_tilt) {
+  std::optional<Plane> floor;
   double largest = 0;
   for (const PlaneObservation& seen : step.observations.planes) {
-    const Eigen::Vector3d normal = T_levelled_camera.so3() * seen.plane_sensor.normal();
+    const Eigen::Vector3d normal = R_levelled_camera * seen.plane_sensor.normal();
     if (normal.z() < std::cos(most_tilt) || seen.moments_sensor.weight() <= largest) continue;
     largest = seen.moments_sensor.weight();
-    height = -seen.plane_sensor.rho();
+    floor = seen.plane_sensor;
   }
-  return height;
+  return floor;
 }
 
 }  // namespace
@@ -56,13 +53,13 @@ void SensorChanges::add_camera(const Step& step) {
   T_start_image_ = step.T_start_body;
   const Timestamp stamp = step.observations.stamp;
   const SE3 T_levelled_camera = step.T_body_levelled.inverse() * step.observations.T_body_sensor;
-  const auto height = height_over_floor(step, T_levelled_camera, options_.level);
-  floors_.add(stamp, height ? 1 : 0, options_.block);
-  if (!height) return;
-  const Eigen::Vector3d turned = step.T_body_levelled.so3().log();
-  roll_.add(stamp, turned.x(), options_.block);
-  pitch_.add(stamp, turned.y(), options_.block);
-  height_.add(stamp, *height, options_.block);
+  const auto floor = floor_of(step, T_levelled_camera.so3(), options_.level);
+  floors_.add(stamp, floor ? 1 : 0, options_.block);
+  if (!floor) return;
+  const Eigen::Vector3d& up = floor->normal();  // in the optical frame: y looks down, z ahead
+  roll_.add(stamp, std::atan2(up.x(), -up.y()), options_.block);
+  pitch_.add(stamp, std::atan2(-up.z(), -up.y()), options_.block);
+  height_.add(stamp, -floor->rho(), options_.block);
 }
 
 void SensorChanges::add_ways(const Step& step) {
@@ -74,7 +71,7 @@ void SensorChanges::add_ways(const Step& step) {
   piece_.add(*step.wheels_moved, step.scan_motion->T_prev_curr_body);
   if (!is_whole(piece_)) return;
   if (const auto lengths = lengths_of(piece_))
-    ratio_.add(step.observations.stamp, lengths->scans / lengths->wheels, options_.block);
+    ratio_.add(step.observations.stamp, lengths->scans / lengths->wheels, 0);
   piece_ = {};
 }
 
@@ -88,11 +85,14 @@ std::vector<Warning> SensorChanges::warnings() const {
                           camera.empty() ? "" : ", ", what, found->change.before / unit,
                           found->change.after / unit, unit_name, found->at.to_string());
   };
-  look(roll_, options_.least_tilt, "roll over the floor it sees", kDegree, " degrees");
-  look(pitch_, options_.least_tilt, "pitch over the floor it sees", kDegree, " degrees");
+  look(roll_, options_.least_tilt, "roll over the floor it sees", M_PI / 180, " degrees");
+  look(pitch_, options_.least_tilt, "pitch over the floor it sees", M_PI / 180, " degrees");
   const double height = height_.medians().empty() ? 0 : std::abs(height_.medians().front());
   look(height_, options_.least_height * height, "height over the floor it sees", 1, " m");
-  look(floors_, options_.least_share, "share of images with a floor", 1, "");
+  // That it shows one at last is no fault.
+  const auto floors = floors_.step(options_.least_share, options_.step);
+  if (floors && floors->change.after < floors->change.before)
+    look(floors_, options_.least_share, "share of images with a floor", 1, "");
   std::vector<Warning> all;
   if (!camera.empty()) {
     all.push_back({"camera_changes",

@@ -39,7 +39,7 @@ class SensorChanges {
   /// Medians of blocks of values, each with its first stamp.
   class Series {
    public:
-    /// A value; a new block begins where the last one is `length` long.
+    /// A value; a new block begins where the last one is `length` s long.
     void add(Timestamp stamp, double value, double length);
     struct Found {
       StepChange change;

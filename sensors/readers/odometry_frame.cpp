@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <cstdio>
+#include <utility>
 
 namespace lamina {
 namespace {
@@ -63,40 +64,44 @@ std::optional<Warning> stand_up(Samples& samples, const std::optional<SE3>& T_bo
   return std::nullopt;
 }
 
+// How ways turn with headings.
 struct Hand {
-  std::complex<double> right, left;  // sums of unit directions: way less heading, way plus heading
-  std::complex<double> right_twice, left_twice;  // likewise of twice the angles: backwards is ahead
+  double same = 0, all = 0;  // sums of sines of turns of ways times those of headings; squares
+  double turned = 0;         // rad of headings, without sign
+  std::complex<double> left, twice;  // sums of unit directions: way plus heading, and twice that
   double steps = 0;
+  double sign() const { return all > 0 ? same / all : 0; }  // 1: alike, -1: against each other
 };
 
-Hand hand_of(const Samples& samples, const OdometryFrameOptions& options) {
+Hand hand_of(const Samples& samples, double step) {
   Hand hand;
+  std::optional<std::pair<double, double>> last;  // direction of the way, heading
   for (std::size_t from = 0, to = 1; to < samples.size(); ++to) {
     const SE3 &a = samples[from].T_odom_body, &b = samples[to].T_odom_body;
     const Eigen::Vector3d way = b.translation() - a.translation();
-    if (way.head<2>().norm() < options.step) continue;
+    if (way.head<2>().norm() < step) continue;
     from = to;
     const double turn = std::remainder(b.so3().yaw() - a.so3().yaw(), 2 * M_PI);
-    if (std::abs(turn) > options.most_turn) continue;
     const double direction = std::atan2(way.y(), way.x()), heading = a.so3().yaw() + turn / 2;
-    hand.right += std::polar(1.0, direction - heading);
+    if (last) {
+      const double turned = std::sin(heading - last->second);
+      hand.same += std::sin(direction - last->first) * turned;
+      hand.all += turned * turned;
+      hand.turned += std::abs(turned);
+    }
+    last = {direction, heading};
     hand.left += std::polar(1.0, direction + heading);
-    hand.right_twice += std::polar(1.0, 2 * (direction - heading));
-    hand.left_twice += std::polar(1.0, 2 * (direction + heading));
+    hand.twice += std::polar(1.0, 2 * (direction + heading));
     ++hand.steps;
   }
   return hand;
 }
 
 std::optional<Warning> right_hand(Samples& samples, const OdometryFrameOptions& options) {
-  const Hand hand = hand_of(samples, options);
-  if (hand.steps < static_cast<double>(options.least)) return std::nullopt;
-  // Ahead and backwards, or by any one angle: along a rectangle, sideways is both hands'.
-  const double as_written = std::max(hand.right_twice.real(), std::abs(hand.right)) / hand.steps;
-  const double mirrored = std::abs(hand.left_twice) / hand.steps;
-  if (as_written > options.disagree || mirrored < options.agree) return std::nullopt;
+  const Hand hand = hand_of(samples, options.step);
+  if (hand.turned < options.least_turned || hand.sign() > -options.against) return std::nullopt;
   const bool ahead = 2 * std::abs(hand.left) > hand.steps;
-  double angle = ahead ? std::arg(hand.left) : std::arg(hand.left_twice) / 2;
+  double angle = ahead ? std::arg(hand.left) : std::arg(hand.twice) / 2;
   const double quarters = M_PI_2 * std::round(angle / M_PI_2);
   if (std::abs(angle - quarters) < options.quarter) angle = quarters;
   const double c = std::cos(angle), s = std::sin(angle);
@@ -106,11 +111,10 @@ std::optional<Warning> right_hand(Samples& samples, const OdometryFrameOptions& 
   }
   char text[400];
   std::snprintf(text, sizeof text,
-                "odometry.txt: its positions turn the other way than its headings (they agree by "
-                "%.2f as written, by %.2f mirrored): x and y are swapped, or one has the wrong "
-                "sign. Positions were mirrored; if headings are what is wrong, the map is a "
-                "mirror image",
-                as_written, mirrored);
+                "odometry.txt: its positions turn the other way than its headings (by %.2f of "
+                "them): x and y are swapped, or one has the wrong sign. Positions were mirrored; "
+                "if headings are what is wrong, the map is a mirror image",
+                hand.sign());
   return Warning{"odometry_axes", text};
 }
 

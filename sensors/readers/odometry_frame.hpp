@@ -14,10 +14,9 @@ struct OdometryFrameOptions {
   double most_stand = 0.9;  ///< share of poses that stand upright: nothing is wrong
   double all_stand = 0.99;  ///< share that must, as another way of reading has them
   double step = 0.05;       ///< m of way whose direction counts
-  double most_turn = 0.2;   ///< rad within a step
-  std::size_t least = 20;   ///< steps
-  double agree = 0.95;      ///< of directions of way with headings, 1: all are one angle apart
-  double disagree = 0.6;
+  double least_turned = 3;  ///< rad that headings turn by, in sum
+  double against =
+      0.25;  ///< of it, by which ways turn the other way: right ones turn along by as much
   double quarter = 0.2;  ///< rad: an angle so near to a multiple of 90 degrees is that
 };
 

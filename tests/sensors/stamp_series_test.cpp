@@ -188,9 +188,11 @@ TEST(ClockOrder, ClocksThatAreDaysApartAreLaidTogether) {
 
 TEST(StampSeries, LinesInAnyOrderAreShuffledIfTheirStampsAreEvenOnceSorted) {
   std::vector<Timestamp> even, jitter, back;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> late(0, 0.4);
   for (int i = 0; i < 200; ++i) {
     even.push_back(at(0.1 * i));
-    jitter.push_back(at(0.1 * i + 0.3 * ((i * 37) % 11) / 11));
+    jitter.push_back(at(0.1 * i + late(random)));
     back.push_back(at(i < 120 ? 0.1 * i : 0.1 * i - 5.05));
   }
   EXPECT_FALSE(is_shuffled(even));

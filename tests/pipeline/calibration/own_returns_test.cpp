@@ -88,6 +88,19 @@ TEST(OwnReturns, WhatIsDrivenAroundIsAtRest) {
   }
 }
 
+// Wheels that turn the other way: nothing is met again where they say.
+TEST(OwnReturns, WrongMotionsTellNothing) {
+  Scanner scanner;
+  scanner.beams = 181;
+  scanner.fov = M_PI;
+  std::vector<LaserScan> scans;
+  std::vector<ScanPair> pairs;
+  for (int i = 0; i < 120; i += 4) scans.push_back(scanner.scan(testing::room(), turning(i), 0));
+  for (std::size_t i = 1; i < scans.size(); ++i)
+    pairs.push_back({&scans[i - 1], &scans[i], {0.1, 0, -0.4}});
+  EXPECT_TRUE(own_returns(pairs).empty());
+}
+
 TEST(OwnReturns, NumbersMayBeOffByAHalf) {
   const auto each = [](double OwnReturnOptions::*member) {
     for (const double k : {0.5, 1.5}) {
@@ -99,8 +112,8 @@ TEST(OwnReturns, NumbersMayBeOffByAHalf) {
   };
   for (const auto member :
        {&OwnReturnOptions::most_range, &OwnReturnOptions::same, &OwnReturnOptions::same_sigmas,
-        &OwnReturnOptions::off, &OwnReturnOptions::off_share, &OwnReturnOptions::way,
-        &OwnReturnOptions::times_at_rest, &OwnReturnOptions::times_either})
+        &OwnReturnOptions::met, &OwnReturnOptions::off, &OwnReturnOptions::off_share,
+        &OwnReturnOptions::way, &OwnReturnOptions::times_at_rest, &OwnReturnOptions::times_either})
     each(member);
 }
 

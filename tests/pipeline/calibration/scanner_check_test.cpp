@@ -85,6 +85,22 @@ TEST(ScannerCheck, FindsAScannerThatFacesElsewhere) {
   }
 }
 
+TEST(ScannerCheck, FindsAScannerThatSitsElsewhere) {
+  const auto found = driven(
+                         [](LaserScan& s) {
+                           s.lidar.T_body_lidar = SE3::planar(-0.4, 0.5, 0);  // it is at 0.2, 0
+                         },
+                         1, turning, 30)
+                         .found();
+  ASSERT_TRUE(found);
+  EXPECT_FALSE(found->correction.mirrored);
+  EXPECT_EQ(found->correction.yaw, 0);
+  EXPECT_NEAR(found->correction.place.x(), 0.6, 0.05);
+  EXPECT_NEAR(found->correction.place.y(), -0.5, 0.05);
+  const SE3 T = found->correction.apply(SE3::planar(-0.4, 0.5, 0));
+  EXPECT_NEAR(T.translation().x(), 0.2, 0.05);
+}
+
 TEST(ScannerCheck, FindsTheApertureUnderWhichScansTurnAsWheelsDo) {
   for (const double stated : {0.5, 1.5}) {
     const auto found = driven(

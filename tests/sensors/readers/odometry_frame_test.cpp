@@ -77,7 +77,8 @@ TEST(OdometryFrame, MirrorsPositionsThatTurnAgainstHeadings) {
   expect_mended(negated, std::nullopt, "odometry_axes");
 }
 
-// Of a rectangle with sharp corners, mirrored positions have the robot drive sideways both ways.
+// Of a rectangle with sharp corners, mirrored positions have the robot drive sideways, or ahead and
+// backwards in turns, both of which robots do.
 TEST(OdometryFrame, SharpCornersAreTold) {
   std::vector<Odometry> samples = drive(4);
   EXPECT_TRUE(mend_odometry_frame(samples, std::nullopt).empty());
@@ -100,9 +101,9 @@ TEST(OdometryFrame, NumbersMayBeOffByAHalf) {
     OdometryFrameOptions options;
     options.upright *= k;
     options.step *= k;
-    options.most_turn *= k;
-    options.least = static_cast<std::size_t>(k * static_cast<double>(options.least));
-    options.disagree *= k;
+    options.least_turned *= k;
+    options.against = std::min(0.95, k * options.against);
+    options.quarter *= k;
     std::vector<Odometry> samples = drive();
     EXPECT_TRUE(mend_odometry_frame(samples, std::nullopt, options).empty());
     for (Odometry& o : samples) {
