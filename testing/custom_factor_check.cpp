@@ -145,8 +145,10 @@ FactorReport engines_agree(const Graph& graph, double tolerance) {
   const Solved by_ceres = solved_by(SolverEngine::kCeres, graph);
   for (const Solved* solved : {&native, &by_ceres}) {
     if (solved->result.status == SolveStatus::kConverged) continue;
+    const auto& problems = solved->result.problems;
     return failure(solved == &native ? "native" : "ceres", " ended ",
-                   to_string(solved->result.status));
+                   to_string(solved->result.status), problems.empty() ? "" : ": ",
+                   problems.empty() ? "" : problems.front());
   }
   if (native.result.rejected != by_ceres.result.rejected) {
     return failure("native left out ", native.result.rejected.size(), " factors, ceres ",

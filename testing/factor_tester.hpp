@@ -101,6 +101,9 @@ class FactorTester {
   Eigen::MatrixXd to_tangent(const Eigen::MatrixXd& ambient, std::size_t block,
                              const Blocks& at) const;
   FactorReport check_at(const Blocks& at, const FactorCheck& check) const;
+  /// Jacobians in the manifolds' tangents; false where Evaluate failed there or a step away.
+  bool differentiate(const Blocks& at, std::vector<Eigen::MatrixXd>& analytic,
+                     std::vector<Eigen::MatrixXd>& numeric) const;
 
   const ceres::CostFunction& cost_;
   std::vector<const ceres::Manifold*> manifolds_;
