@@ -185,6 +185,12 @@ std::vector<Setting> mapper_rows() {
           {"native", "ceres"},
           "who solves the graph: the own block Cholesky, or Ceres; time "
           "depends on it, results to the last digits and where a path is off by radians"),
+      row_enum(
+          "lidar.partial_view", [](MapOptions & s) -> auto& { return s.mapper.partial_view; },
+          {"moments", "end_points"},
+          "what a scan's segment says of its plane: moments of its returns, or the constraint of "
+          "the article on planes from a 2D lidar (rotation between segment and plane, mean "
+          "distance of its end points, whitened by the fit with its uncertain ends)"),
       LAMINA_ROW("window.keyframes", mapper.window.keyframes, "keyframes kept as variables"),
       LAMINA_ROW("window.dormant_planes", mapper.window.planes_behind,
                  "planes that left and come back as if they had stayed, at most; time goes with "
