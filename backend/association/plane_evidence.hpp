@@ -12,8 +12,8 @@ namespace lamina {
 /// What a scan segment says of its plane.
 enum class PartialView {
   kMoments,   ///< its returns, by their moments
-  kEndPoints  ///< the article's constraint: rotation between segment and plane, mean distance of its
-              ///< end points, whitened by the fit (backend/graph/factors/segment.hpp)
+  kEndPoints  ///< the article's constraint: rotation between segment and plane, mean distance of
+              ///< its end points, whitened by the fit (backend/graph/factors/segment.hpp)
 };
 
 PlaneEvidence make_evidence(const PlaneObservation& observation, const SE3& T_body_sensor);

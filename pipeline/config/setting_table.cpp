@@ -178,7 +178,7 @@ std::vector<Setting> segment_rows() {
   };
 }
 
-std::vector<Setting> mapper_rows() {
+std::vector<Setting> window_rows() {
   return {
       row_enum(
           "solver.engine", [](MapOptions & s) -> auto& { return s.mapper.window.engine; },
@@ -201,6 +201,11 @@ std::vector<Setting> mapper_rows() {
       LAMINA_ROW("keyframe.angle_deg", mapper.keyframe_angle_deg, "degrees turned, likewise"),
       LAMINA_ROW("keyframe.new_share", mapper.keyframe_new_share,
                  "share of observations that match nothing known, likewise"),
+  };
+}
+
+std::vector<Setting> mapper_rows() {
+  return {
       LAMINA_ROW("planes.min_observations", mapper.min_observations,
                  "frames that must have seen a plane before it enters the map"),
       LAMINA_ROW("planes.merge", mapper.merge_planes, "merge planes that turn out to be one"),
@@ -233,7 +238,7 @@ std::vector<Setting> mapper_rows() {
 const std::vector<Setting>& setting_table() {
   static const std::vector<Setting> table = [] {
     std::vector<Setting> rows = general_rows();
-    for (auto part : {floor_rows(), scan_rows(), segment_rows(), mapper_rows()}) {
+    for (auto part : {floor_rows(), scan_rows(), segment_rows(), window_rows(), mapper_rows()}) {
       rows.insert(rows.end(), part.begin(), part.end());
     }
     return rows;
