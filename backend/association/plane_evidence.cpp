@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include <lamina/backend/graph/factors/segment.hpp>
 #include <lamina/models/linalg.hpp>
 
 namespace lamina {
@@ -61,6 +62,15 @@ void fit_plane_to_lines(PlaneEvidence& e) {
   e.plane_body = Plane(n, n.dot(e.moments_body.mean()));
 }
 
+// In the scanner's frame. The noise floor joins where it does for moments of returns.
+Moments moments_of_ends(const ScanSegment& s) {
+  SegmentFactor ends;
+  ends.start_body << s.start, 0;
+  ends.end_body << s.end, 0;
+  ends.sqrt_information = segment_sqrt_information(s, NoiseFloor{});
+  return moments_of(ends, s.count);
+}
+
 }  // namespace
 
 PlaneEvidence make_evidence(const PlaneObservation& observation, const SE3& T_body_sensor) {
@@ -76,11 +86,12 @@ PlaneEvidence make_evidence(const PlaneObservation& observation, const SE3& T_bo
 }
 
 PlaneEvidence make_evidence(const SegmentObservation& observation, const SE3& T_body_sensor,
-                            const Eigen::Vector3d& up_body) {
+                            const Eigen::Vector3d& up_body, PartialView form) {
   const ScanSegment& s = observation.segment;
   PlaneEvidence e;
   e.plane_body = T_body_sensor * Plane(s.normal_towards_scanner(), -s.rho);
-  e.moments_body = s.moments.transformed(T_body_sensor);
+  const bool ends = form == PartialView::kEndPoints;
+  e.moments_body = (ends ? moments_of_ends(s) : s.moments).transformed(T_body_sensor);
   e.floor = observation.floor;
   e.outline_body = {T_body_sensor * Eigen::Vector3d(s.start.x(), s.start.y(), 0),
                     T_body_sensor * Eigen::Vector3d(s.end.x(), s.end.y(), 0)};
@@ -98,7 +109,7 @@ PlaneEvidence make_evidence(const SegmentObservation& observation, const SE3& T_
   return e;
 }
 
-std::vector<PlaneEvidence> make_evidence(const Observations& observations) {
+std::vector<PlaneEvidence> make_evidence(const Observations& observations, PartialView form) {
   std::vector<PlaneEvidence> result;
   for (const auto& o : observations.planes) {
     result.push_back(make_evidence(o, observations.T_body_sensor));
@@ -108,8 +119,8 @@ std::vector<PlaneEvidence> make_evidence(const Observations& observations) {
     const bool finite = std::isfinite(o.segment.rho) && std::isfinite(o.segment.theta);
     PlaneEvidence none;
     none.partial = true;
-    result.push_back(finite ? make_evidence(o, observations.T_body_sensor, observations.up_body)
-                            : none);
+    result.push_back(
+        finite ? make_evidence(o, observations.T_body_sensor, observations.up_body, form) : none);
   }
   return result;
 }

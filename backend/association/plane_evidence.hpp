@@ -9,13 +9,22 @@
 
 namespace lamina {
 
+/// What a scan segment says of its plane.
+enum class PartialView {
+  kMoments,   ///< its returns, by their moments
+  kEndPoints  ///< the article's constraint: rotation between segment and plane, mean distance of
+              ///< its end points, whitened by the fit (backend/graph/factors/segment.hpp)
+};
+
 PlaneEvidence make_evidence(const PlaneObservation& observation, const SE3& T_body_sensor);
 /// The plane through the segment perpendicular to the scan (the article on planes from a 2D lidar).
 /// Of a level scanner: upright on `up_body`, its points at one height.
 PlaneEvidence make_evidence(const SegmentObservation& observation, const SE3& T_body_sensor,
-                            const Eigen::Vector3d& up_body = Eigen::Vector3d::UnitZ());
+                            const Eigen::Vector3d& up_body = Eigen::Vector3d::UnitZ(),
+                            PartialView form = PartialView::kMoments);
 /// Planes, then segments.
-std::vector<PlaneEvidence> make_evidence(const Observations& observations);
+std::vector<PlaneEvidence> make_evidence(const Observations& observations,
+                                         PartialView form = PartialView::kMoments);
 
 /// The evidence seen from another body frame, to which the motion is known with an error: the error
 /// is shared by all of its points, and joins the noise floor. `covariance` of T_to_from in its

@@ -119,7 +119,7 @@ MapState Mapper::state() const {
 
 void Mapper::predict(Step& step) const {
   FrameViews& views = step.views;
-  views.evidence = make_evidence(step.observations);
+  views.evidence = make_evidence(step.observations, map_.options.partial_view);
   views.tracks.assign(step.observations.planes.size(), -1);
   // A level scanner's walls stand where they are expected: there a track adds nothing but its
   // mistakes at corners.

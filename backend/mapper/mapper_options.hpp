@@ -7,6 +7,7 @@
 
 #include <lamina/backend/association/association.hpp>
 #include <lamina/backend/association/place_recognition.hpp>
+#include <lamina/backend/association/plane_evidence.hpp>
 #include <lamina/backend/mapper/plane_labels.hpp>
 #include <lamina/backend/solver/window/sliding_window.hpp>
 
@@ -32,6 +33,7 @@ struct MapperOptions {
   bool window_trusts_tilt = true;
 
   // ---- planes
+  PartialView partial_view = PartialView::kMoments;  ///< what segments of scans say of planes
   /// Frames that must have seen a plane before it enters the map: one-off fits are mostly clutter.
   int min_observations = 3;
   /// Tentative planes not seen for so many keyframes are forgotten.

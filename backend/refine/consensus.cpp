@@ -61,6 +61,15 @@ Drift drift_of(const Graph& graph) {
 struct Sighting {
   std::size_t factor, keyframe;
   Moments moments_map;
+  Eigen::Vector3d normal_map;  ///< of its own plane, either side
+  bool full;                   ///< it shows one
+
+  Sighting(std::size_t of_factor, std::size_t of_keyframe, const Moments& seen)
+      : factor(of_factor), keyframe(of_keyframe), moments_map(seen) {
+    const SymmetricEigen<3> own = symmetric_eigen(moments_map.scatter());
+    normal_map = own.vectors.col(0);
+    full = own.values(1) > 1e-6 * own.values(2);
+  }
 };
 
 /// Chi-squared of the best plane through both, drift between them allowed for.
@@ -74,10 +83,7 @@ double disagreement(const Sighting& a, const Sighting& b, const Drift& drift,
   const NoiseFloor floor{std::hypot(translation, rotation * lever), rotation};
   if (floor.sigma_rho > kFarthestSigma) return INFINITY;
   // Tilts are discounted about the seen plane where it is known, else about the landmark's.
-  const SymmetricEigen<3> own = symmetric_eigen(b.moments_map.scatter());
-  const bool full = own.values(1) > 1e-6 * own.values(2);
-  Moments both =
-      b.moments_map.discounted(full ? Eigen::Vector3d(own.vectors.col(0)) : normal_map, floor);
+  Moments both = b.moments_map.discounted(b.full ? b.normal_map : normal_map, floor);
   both.merge(a.moments_map);
   return symmetric_eigen(both.scatter()).values(0);
 }
@@ -119,8 +125,8 @@ std::vector<std::vector<Sighting>> sightings_by_plane(const Graph& graph) {
     const auto& f = graph.plane_moments[i];
     const Keyframe& keyframe = graph.at(f.keyframe);
     by_plane[static_cast<std::size_t>(&graph.at(f.plane) - graph.planes.data())].push_back(
-        {i, static_cast<std::size_t>(&keyframe - graph.keyframes.data()),
-         f.moments_body.transformed(keyframe.T_map_body)});
+        Sighting(i, static_cast<std::size_t>(&keyframe - graph.keyframes.data()),
+                 f.moments_body.transformed(keyframe.T_map_body)));
   }
   for (auto& sightings : by_plane) {
     std::stable_sort(sightings.begin(), sightings.end(),
@@ -178,12 +184,12 @@ std::vector<View> full_views(const Graph& graph) {
     const auto& f = graph.plane_moments[i];
     if (!is_full(f.moments_body)) continue;
     const Keyframe& keyframe = graph.at(f.keyframe);
-    View view{{i, static_cast<std::size_t>(&keyframe - graph.keyframes.data()),
-               f.moments_body.transformed(keyframe.T_map_body)},
+    View view{Sighting(i, static_cast<std::size_t>(&keyframe - graph.keyframes.data()),
+                       f.moments_body.transformed(keyframe.T_map_body)),
               {},
               keyframe.T_map_body.translation()};
     const Moments& moments = view.sighting.moments_map;
-    view.normal_map = symmetric_eigen(moments.scatter()).vectors.col(0);
+    view.normal_map = view.sighting.normal_map;
     if (view.normal_map.dot(view.position_map - moments.mean()) < 0) view.normal_map *= -1;
     views.push_back(view);
   }

@@ -54,6 +54,18 @@ std::map<std::string, CustomCost> custom_costs(const Graph& graph) {
   return costs;
 }
 
+/// A line for each of them that cannot be evaluated at the graph's states.
+std::vector<std::string> not_evaluable(const Graph& graph) {
+  std::vector<std::string> problems;
+  for (std::size_t i = 0; i < graph.custom.size(); ++i) {
+    CustomEvaluation e;
+    if (!(graph.custom[i].weight > 0) || evaluate_at(graph.custom[i], graph, e)) continue;
+    problems.push_back("custom factor " + std::to_string(i) + " '" + graph.custom[i].kind +
+                       "' cannot be evaluated at its states");
+  }
+  return problems;
+}
+
 /// Of the types that the graph has factors of.
 std::vector<CostChange> costs_of(const Graph& graph, const RobustOutcome& outcome) {
   std::vector<CostChange> costs;
@@ -74,6 +86,7 @@ RefineResult refine(Graph& graph, const RefineOptions& options,
   const auto start = std::chrono::steady_clock::now();
   RefineResult result;
   result.problems = graph.problems();
+  if (result.problems.empty()) result.problems = not_evaluable(graph);
   if (!result.problems.empty()) {
     result.status = SolveStatus::kInvalidInput;
     return result;

@@ -178,13 +178,19 @@ std::vector<Setting> segment_rows() {
   };
 }
 
-std::vector<Setting> mapper_rows() {
+std::vector<Setting> window_rows() {
   return {
       row_enum(
           "solver.engine", [](MapOptions & s) -> auto& { return s.mapper.window.engine; },
           {"native", "ceres"},
           "who solves the graph: the own block Cholesky, or Ceres; time "
           "depends on it, results to the last digits and where a path is off by radians"),
+      row_enum(
+          "lidar.partial_view", [](MapOptions & s) -> auto& { return s.mapper.partial_view; },
+          {"moments", "end_points"},
+          "what a scan's segment says of its plane: moments of its returns, or the constraint of "
+          "the article on planes from a 2D lidar (rotation between segment and plane, mean "
+          "distance of its end points, whitened by the fit with its uncertain ends)"),
       LAMINA_ROW("window.keyframes", mapper.window.keyframes, "keyframes kept as variables"),
       LAMINA_ROW("window.dormant_planes", mapper.window.planes_behind,
                  "planes that left and come back as if they had stayed, at most; time goes with "
@@ -195,6 +201,11 @@ std::vector<Setting> mapper_rows() {
       LAMINA_ROW("keyframe.angle_deg", mapper.keyframe_angle_deg, "degrees turned, likewise"),
       LAMINA_ROW("keyframe.new_share", mapper.keyframe_new_share,
                  "share of observations that match nothing known, likewise"),
+  };
+}
+
+std::vector<Setting> mapper_rows() {
+  return {
       LAMINA_ROW("planes.min_observations", mapper.min_observations,
                  "frames that must have seen a plane before it enters the map"),
       LAMINA_ROW("planes.merge", mapper.merge_planes, "merge planes that turn out to be one"),
@@ -227,7 +238,7 @@ std::vector<Setting> mapper_rows() {
 const std::vector<Setting>& setting_table() {
   static const std::vector<Setting> table = [] {
     std::vector<Setting> rows = general_rows();
-    for (auto part : {floor_rows(), scan_rows(), segment_rows(), mapper_rows()}) {
+    for (auto part : {floor_rows(), scan_rows(), segment_rows(), window_rows(), mapper_rows()}) {
       rows.insert(rows.end(), part.begin(), part.end());
     }
     return rows;

@@ -2,15 +2,21 @@
 // exactly what the factors state: normalised estimation error squared (NEES) of window and refiner,
 // and the window's path beside the batch's where there is no loop.
 //
-//   consistency_bench [RUNS]        default 100
+//   consistency_bench [RUNS] [--engine native|ceres]     default 100, native
+//   consistency_bench RUNS --redraw FILE.planegraph [--engine ...]
+//
+// --redraw: the window over the file's building and path, RUNS draws of its noise; the newest pose
+// by laps, before and after the window comes to where it was.
 //
 // The bounds printed are those of 95 % for the mean of independent runs: of a run's samples the
 // mean is taken first, because its poses share their drift.
 #include <Eigen/Cholesky>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <random>
+#include <string>
 #include <vector>
 
 #include <lamina/backend/solver/covariance.hpp>
@@ -24,6 +30,33 @@ namespace {
 using namespace lamina;
 
 constexpr std::size_t kSamples = 40;  // poses of each run
+
+struct Arguments {
+  std::uint64_t runs = 100;
+  SolverEngine engine = SolverEngine::kNative;
+  std::string redraw;       // a file
+  int dormant_planes = -1;  // of the window; -1: its default
+};
+
+Arguments read(int argc, char** argv) {
+  Arguments a;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    const std::string next = i + 1 < argc ? argv[i + 1] : "";
+    if (word == "--engine") {
+      a.engine = next == "ceres" ? SolverEngine::kCeres : SolverEngine::kNative;
+    } else if (word == "--redraw") {
+      a.redraw = next;
+    } else if (word == "--dormant") {
+      a.dormant_planes = std::atoi(next.c_str());
+    } else {
+      a.runs = std::max(1ull, std::strtoull(word.c_str(), nullptr, 10));
+      continue;
+    }
+    ++i;
+  }
+  return a;
+}
 
 /// Means of runs, and how far their mean may be off.
 class Table {
@@ -125,11 +158,14 @@ Floor add_surfels(Graph& graph, const PlaneGraph& problem, std::mt19937_64& engi
 struct Batch {
   Table poses, joint, planes, surfels;
 
-  void add(const PlaneGraph& problem, std::uint64_t seed) {
+  void add(const PlaneGraph& problem, std::uint64_t seed, SolverEngine solver) {
     Graph graph = make_graph(problem);
     std::mt19937_64 engine(seed);
     const Floor floor = add_surfels(graph, problem, engine);
-    if (refine(graph).status != SolveStatus::kConverged) std::puts("a batch did not converge");
+    RefineOptions options;
+    options.engine = solver;
+    const RefineResult result = refine(graph, options);
+    if (result.status != SolveStatus::kConverged) std::puts("a batch did not converge");
     CovarianceRequest request;
     request.joint_keyframes = true;
     std::vector<std::size_t> index;
@@ -177,20 +213,21 @@ double ate(const std::vector<SE3>& estimate, const std::vector<SE3>& truth) {
   return std::sqrt(sum / static_cast<double>(truth.size()));
 }
 
-void consistency(std::uint64_t runs) {
+void consistency(std::uint64_t runs, SolverEngine engine) {
   Window without, with;
   Batch batch;
-  WindowOptions forget;
+  WindowOptions forget, remember;
+  forget.engine = remember.engine = engine;
   forget.return_inflation = 1e6;  // what left is as good as unknown
   forget.planes_behind = 0;
   for (std::uint64_t seed = 1; seed <= runs; ++seed) {
     const PlaneGraph problem = test::make_rooms({.seed = seed});
     without.add(problem, forget);
-    with.add(problem, {});
-    batch.add(problem, seed);
+    with.add(problem, remember);
+    batch.add(problem, seed, engine);
   }
-  std::printf("%d runs x %zu samples, 198 poses in two laps of nine rooms\n",
-              static_cast<int>(runs), kSamples);
+  std::printf("%d runs x %zu samples, 198 poses in two laps of nine rooms, engine %s\n",
+              static_cast<int>(runs), kSamples, to_string(engine));
   without.poses.print("window, newest pose, nothing returns", 6, "aim 5.5 to 6.5");
   without.planes.print("window, planes as they leave, nothing returns", 3, "aim 2.75 to 3.25");
   with.poses.print("window, newest pose, second lap meets the first", 6, "aim 5.5 to 6.5");
@@ -199,6 +236,46 @@ void consistency(std::uint64_t runs) {
   batch.joint.print("refiner, all sampled poses at once, over dof", 1, "aim 0.95 to 1.05");
   batch.planes.print("refiner, each plane", 3, "aim 2.85 to 3.15");
   batch.surfels.print("refiner, each surfel", 3, "aim 2.85 to 3.15");
+}
+
+/// NEES of the newest pose in each of `parts` equal parts of the path, run by run.
+void redraw(const Arguments& arguments) {
+  constexpr std::size_t kParts = 8;
+  const PlaneGraph file = read_plane_graph(arguments.redraw);
+  WindowOptions options;
+  options.engine = arguments.engine;
+  if (arguments.dormant_planes >= 0) options.planes_behind = arguments.dormant_planes;
+  std::array<Table, kParts> parts;
+  Table all, second;
+  for (std::uint64_t seed = 1; seed <= arguments.runs; ++seed) {
+    const PlaneGraph problem = test::redrawn(file, seed);
+    const WindowRun run = run_window_on_plane_graph(problem, options, true);
+    const std::size_t n = run.newest_covariance.size();
+    std::array<double, kParts> sums{};
+    std::array<int, kParts> counts{};
+    for (std::size_t i = 1; i < n; ++i) {
+      const std::size_t part = i * kParts / n;
+      sums[part] += nees(run.T_map_newest[i], problem.truth_map_body[i], run.newest_covariance[i]);
+      ++counts[part];
+    }
+    double first_half = 0, second_half = 0;
+    for (std::size_t k = 0; k < kParts; ++k) {
+      const double mean = sums[k] / counts[k];
+      parts[k].add(mean);
+      (k < kParts / 2 ? first_half : second_half) += mean * 2 / kParts;
+    }
+    all.add((first_half + second_half) / 2);
+    second.add(second_half);
+  }
+  std::printf("%s, %d draws of its noise, window by %s, %d dormant planes: newest pose\n",
+              arguments.redraw.c_str(), static_cast<int>(arguments.runs),
+              to_string(arguments.engine), options.planes_behind);
+  for (std::size_t k = 0; k < kParts; ++k) {
+    parts[k].print(("part " + std::to_string(k + 1) + " of " + std::to_string(kParts)).c_str(), 6,
+                   k < kParts / 2 ? "first lap" : "second lap");
+  }
+  second.print("second lap", 6, "aim 5 to 7");
+  all.print("all", 6, "aim 5 to 7");
 }
 
 void lag_against_batch(std::uint64_t runs) {
@@ -261,8 +338,13 @@ void lag_where_nothing_returns(std::uint64_t runs) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::uint64_t runs = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 100;
-  consistency(std::max<std::uint64_t>(1, runs));
-  lag_against_batch(std::max<std::uint64_t>(1, runs / 4));
-  lag_where_nothing_returns(std::max<std::uint64_t>(1, runs / 10));
+  const Arguments arguments = read(argc, argv);
+  if (!arguments.redraw.empty()) {
+    redraw(arguments);
+    return 0;
+  }
+  consistency(arguments.runs, arguments.engine);
+  if (arguments.engine != SolverEngine::kNative) return 0;
+  lag_against_batch(std::max<std::uint64_t>(1, arguments.runs / 4));
+  lag_where_nothing_returns(std::max<std::uint64_t>(1, arguments.runs / 10));
 }

@@ -1,9 +1,15 @@
 // How well planes can be known from a scanner's scans at all: one batch over a simulated scene with
 // the true associations and the odometry noise the scene states, against which a map is judged.
 //   segments_limit [SCENE [SEEDS [KEY=VALUE...]]]      default: flyover 5; keys: docs/simulator.md
+//   segments_limit SCENE SEEDS --fixes FILE [KEY=VALUE...]
+// --fixes: with positions on the path besides, the same for every seed, as examples/gps_factor has
+// them: "stamp x y z sigma" (scripts/fixes).
+#include <ceres/autodiff_cost_function.h>
+
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <map>
 #include <numeric>
 
@@ -51,7 +57,30 @@ struct View {
   PlaneEvidence evidence;
 };
 
+struct Fix {
+  double seconds = 0, sigma = 1;
+  Eigen::Vector3d position_map;
+  template <class T>
+  bool operator()(const T* pose, T* r) const {
+    for (int i = 0; i < 3; ++i) r[i] = (pose[i] - position_map(i)) / sigma;
+    return true;
+  }
+};
+
+std::vector<Fix> read_fixes(const std::string& file) {
+  std::ifstream in(file);
+  if (!in) throw Error(file + ": cannot be read");
+  std::vector<Fix> fixes;
+  for (Fix f; in >> f.seconds >> f.position_map.x() >> f.position_map.y() >> f.position_map.z() >>
+              f.sigma;) {
+    fixes.push_back(f);
+  }
+  return fixes;
+}
+
 struct Data {
+  std::vector<Timestamp> stamps;
+  std::vector<Fix> fixes;
   std::vector<SE3> truth, dead_reckoning;
   std::vector<Matrix6d> increments;  // covariance of the motion to pose i
   std::vector<View> views;
@@ -103,6 +132,7 @@ Data measure(const std::string& scene, const sim::Parameters& parameters, std::u
     }
     moved = true;
     T_odom_last = T_odom_body;
+    data.stamps.push_back(scan->stamp);
     data.truth.push_back(simulation.pose_at(scan->stamp));
     data.dead_reckoning.push_back(T_odom_body);
     for (const ScanSegment& segment : extractor.extract(*scan).segments) {
@@ -114,6 +144,25 @@ Data measure(const std::string& scene, const sim::Parameters& parameters, std::u
     }
   }
   return data;
+}
+
+// Each on the scan's pose that is nearest in time, within 50 ms.
+void add_fixes(const Data& data, Graph& graph) {
+  for (const Fix& fix : data.fixes) {
+    std::size_t nearest = 0;
+    const auto apart = [&](std::size_t i) {
+      return std::abs(data.stamps[i] - Timestamp::from_seconds(fix.seconds));
+    };
+    for (std::size_t i = 0; i < data.stamps.size(); ++i) {
+      if (apart(i) < apart(nearest)) nearest = i;
+    }
+    if (apart(nearest) > 0.05) continue;
+    CustomFactor factor;
+    factor.kind = "gps";
+    factor.states = {graph.keyframes[nearest].id};
+    factor.cost = std::make_shared<ceres::AutoDiffCostFunction<Fix, 3, 7>>(new Fix(fix));
+    graph.custom.push_back(std::move(factor));
+  }
 }
 
 Graph build(const Data& data, const Setup& setup, std::map<int, PlaneId>& ids) {
@@ -128,6 +177,7 @@ Graph build(const Data& data, const Setup& setup, std::map<int, PlaneId>& ids) {
         {poses[i - 1], poses[i], data.dead_reckoning[i - 1].inverse() * data.dead_reckoning[i], S});
   }
   graph.at(poses.front()).fixed = true;
+  add_fixes(data, graph);
   std::map<int, Moments> all;
   std::vector<Moments> moments;
   for (const View& view : data.views) {
@@ -218,8 +268,13 @@ int main(int argc, char** argv) {
   const std::string scene = argc > 1 ? argv[1] : "flyover";
   const int seeds = argc > 2 ? std::atoi(argv[2]) : 5;
   sim::Parameters parameters;
+  std::string fixes;
   for (int i = 3; i < argc; ++i) {
     const std::string word = argv[i];
+    if (word == "--fixes" && i + 1 < argc) {
+      fixes = argv[++i];
+      continue;
+    }
     const std::size_t split = std::min(word.find('='), word.size() - 1);
     parameters[word.substr(0, split)] = word.substr(split + 1);
   }
@@ -227,7 +282,8 @@ int main(int argc, char** argv) {
     std::printf("%s: a batch with true associations; poses aligned with the truth\n",
                 scene.c_str());
     for (int seed = 1; seed <= seeds; ++seed) {
-      const Data data = measure(scene, parameters, static_cast<std::uint64_t>(seed));
+      Data data = measure(scene, parameters, static_cast<std::uint64_t>(seed));
+      if (!fixes.empty()) data.fixes = read_fixes(fixes);
       for (const Setup& setup : kSetups) {
         const Errors e = solve(data, setup);
         std::printf(

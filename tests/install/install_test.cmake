@@ -54,6 +54,7 @@ endforeach()
 
 # Factors of one's own: a beacon nobody knows the place of, and positions on the path.
 run(${WORK}/examples/own_factor)
+run(${WORK}/examples/test_factor)
 file(STRINGS ${WORK}/room/groundtruth.txt poses REGEX "^[0-9]")
 set(fixes "")
 foreach(pose IN LISTS poses)

@@ -9,7 +9,7 @@ import pathlib
 import re
 import sys
 
-FOLDERS = "models sensors frontend backend grid io sim viewer pipeline apps".split()
+FOLDERS = "models sensors frontend backend testing grid io sim viewer pipeline apps".split()
 NOT_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\'', re.S)
 CONSTANT = re.compile(r"\b(?:constexpr|const)\s+[\w:<>, ]+?\s+k[A-Z]\w*\s*[={]")
 DIALECT = set("hear hears heard believe believes believed told heir heirs remount lawful whisker".split())

@@ -1,6 +1,6 @@
 # cmake -DSOURCE=<tree> -DRULE=<rule> -P style.cmake: fails with a list of what breaks the rule.
 cmake_policy(SET CMP0057 NEW)
-set(folders models sensors frontend backend grid io sim viewer pipeline apps)
+set(folders models sensors frontend backend testing grid io sim viewer pipeline apps)
 set(offences "")
 
 # All files of these endings under the folders that hold our own text (never build/).
@@ -45,6 +45,7 @@ set(may_backend_consistency models ${engines} backend/refine backend/association
 set(may_backend_parameters ${low} ${engines} backend/refine)
 set(may_backend_mapper models ${maps})
 set(may_backend_merging models ${maps} backend/mapper)
+set(may_testing models ${engines} backend/refine)
 set(may_grid models)
 set(may_grid_evidence ${low} grid)
 set(may_io ${low} ${backends} grid grid/evidence)
@@ -153,7 +154,7 @@ endfunction()
 function(check_dependencies)
   find_files(lists CMakeLists.txt *.cmake)
   foreach(file IN LISTS lists)
-    if(file MATCHES "^(models|sensors|frontend|backend|grid|io|sim|viewer|pipeline)/")
+    if(file MATCHES "^(models|sensors|frontend|backend|testing|grid|io|sim|viewer|pipeline)/")
       file(STRINGS ${SOURCE}/${file} lines REGEX "^ *(find_package|pkg_check_modules|pkg_search_module)")
       foreach(line IN LISTS lines)
         list(APPEND offences "${file}: ${line} (use lamina_find_dependency or lamina_pkg_dependency)")

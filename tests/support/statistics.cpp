@@ -4,6 +4,8 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include <lamina/testing/whiteness.hpp>
+
 namespace lamina::test {
 namespace {
 using testing::AssertionFailure;
@@ -15,28 +17,12 @@ const Eigen::IOFormat kRow(10, 0, ", ", "; ", "", "", "[", "]");
 AssertionResult has_unit_covariance(const std::function<Eigen::VectorXd(Random&)>& draw,
                                     int samples, std::uint64_t seed) {
   Random random(seed);
-  Eigen::VectorXd sum;
-  Eigen::MatrixXd squares;
-  for (int i = 0; i < samples; ++i) {
-    const Eigen::VectorXd r = draw(random);
-    if (i == 0) {
-      sum = Eigen::VectorXd::Zero(r.size());
-      squares = Eigen::MatrixXd::Zero(r.size(), r.size());
-    }
-    sum += r;
-    squares += r * r.transpose();
-  }
-  const double n = samples;
-  const double worst_mean = (sum / n).cwiseAbs().maxCoeff();
-  const auto unit = Eigen::MatrixXd::Identity(sum.size(), sum.size());
-  const double worst_covariance = (squares / n - unit).cwiseAbs().maxCoeff();
-  // Standard errors: 1/sqrt(n) of a mean, sqrt(2/n) of a variance, 1/sqrt(n) of a covariance.
-  if (worst_mean < 5 / std::sqrt(n) && worst_covariance < 5 * std::sqrt(2 / n)) {
-    return AssertionSuccess();
-  }
+  Whiteness residuals;
+  for (int i = 0; i < samples; ++i) residuals.add(draw(random));
+  if (residuals.white()) return AssertionSuccess();
   return AssertionFailure() << "whitened residuals of seed " << seed << " have mean "
-                            << (sum / n).transpose().format(kRow) << " and covariance "
-                            << (squares / n).format(kRow);
+                            << residuals.mean().transpose().format(kRow) << " and covariance "
+                            << residuals.covariance().format(kRow);
 }
 
 AssertionResult is_consistent(const std::function<ErrorAndCovariance(Random&)>& draw, int samples,

@@ -74,6 +74,16 @@ void SegmentTerm::evaluate(const PoseState& pose, const PlaneState& plane,
   std::get<1>(*J).noalias() = sqrt_information * d_plane;
 }
 
+Moments moments_of(const SegmentFactor& f, std::int64_t count) {
+  const SegmentTerm term(f, Eigen::Vector3d::Zero());
+  const Eigen::Matrix2d A = f.sqrt_information.transpose() * f.sqrt_information;
+  if (!(A(1, 1) > 0)) return {};
+  const double shift = A(0, 1) / A(1, 1);
+  const Eigen::Vector3d& u = term.direction_body;
+  const double turn = std::max(0.0, A(0, 0) - A(0, 1) * shift);
+  return Moments(A(1, 1), term.middle_body + shift * u, turn * u * u.transpose(), count);
+}
+
 Eigen::Matrix2d segment_sqrt_information(const ScanSegment& segment, const NoiseFloor& floor) {
   // s: coordinate of the middle along t = (-sin, cos). There the line lies at rho - s dtheta; the
   // plane's normal is that of the line turned round, so its distance counts the other way.

@@ -6,6 +6,11 @@
 // angle, and smooth everywhere), the second the mean distance of its end points. S whitens by the
 // covariance of the fit: segment_sqrt_information().
 //
+// The cost is quadratic in (n_body, distance), so moments say it exactly: with S^T S = (a b; b c),
+//   |r|^2 = c (d(m) + (b/c) n_body.u)^2 + (a - b^2/c) (n_body.u)^2,
+// which is the residual of plane_moments.hpp with weight c, mean m + (b/c) u and one row
+// sqrt(a - b^2/c) u: moments_of(). Segments of one keyframe on one plane add up by merging them.
+//
 // With T exp(d): d(n_body.u)/dT = (0, u x n_body), distance as in plane_moments.hpp.
 #pragma once
 
@@ -29,6 +34,11 @@ struct SegmentTerm {
   void evaluate(const PoseState& pose, const PlaneState& plane, Eigen::Vector2d& residual,
                 Jacobians* J) const;
 };
+
+/// The moments of weight, mean and scatter that cost as much as the segment against every plane
+/// and pose, to the last digits (not discounted()). `count` is theirs. Without information about
+/// the distance: empty.
+Moments moments_of(const SegmentFactor& f, std::int64_t count);
 
 /// Of (rotation, mean distance) from the fit's covariance of (rho, theta) and what its points
 /// share. rho varies along the line, so it is carried to the middle of the end points:

@@ -186,8 +186,11 @@ MinimizerResult CeresEngine::minimize(const MinimizerOptions& options,
   if (failed || summary.termination_type == ceres::CONVERGENCE) {
     result.status = SolveStatus::kStalled;
   }
-  if (result.turns_too_far || !std::isfinite(total(cost()))) problem_.read(before);
   result.final_cost = cost();
+  if (result.turns_too_far || !std::isfinite(total(result.final_cost))) {
+    problem_.read(before);
+    result.final_cost = result.initial_cost;
+  }
   return result;
 }
 

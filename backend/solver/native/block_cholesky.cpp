@@ -285,6 +285,7 @@ Eigen::VectorXd BlockCholesky::solve(const Eigen::VectorXd& b) {
 int BlockCholesky::weak_pivots(double threshold) const {
   const Impl& s = *impl_;
   if (s.n == 0) return 0;
+  if (s.factored_diagonal.size() == 0) return s.n;  // nothing was ever factored
   // An entry this small never had a factor: what stands there is damping alone.
   const double nothing = 1e-18 * s.factored_diagonal.maxCoeff();
   int weak = 0;

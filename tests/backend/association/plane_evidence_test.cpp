@@ -92,5 +92,23 @@ TEST(PlaneEvidence, AScannerThatLooksUpSeesPlanesAsTheyLie) {
   EXPECT_NEAR(e.moments_body.mean().z(), kHeight + 10 * std::sin(45 * kDegree), 1e-12);
 }
 
+// By its end points a segment is as unsure as its fit says, ends included; its line is the same.
+TEST(PlaneEvidence, EndPointsCountAsTheFitSays) {
+  SegmentObservation seen = wall(3);
+  seen.segment.covariance << 4e-4, 0, 0, 1e-4;  // at the foot, which is the middle
+  for (const double roll_deg : {2.0, 45.0}) {
+    const SE3 T_body_lidar = mounted(roll_deg);
+    const PlaneEvidence e =
+        make_evidence(seen, T_body_lidar, Eigen::Vector3d::UnitZ(), PartialView::kEndPoints);
+    const PlaneEvidence returns = make_evidence(seen, T_body_lidar);
+    EXPECT_NEAR(e.moments_body.weight(), 1 / 4e-4, 1e-6);
+    EXPECT_NEAR(e.moments_body.scatter().trace(), 1 / 1e-4, 1e-4);
+    EXPECT_NEAR(returns.moments_body.weight(), 21e4, 1e-4);
+    EXPECT_LT(e.moments_body.cost(e.plane_body), 1e-9);
+    EXPECT_LT((e.moments_body.mean() - returns.moments_body.mean()).norm(), 1e-9);
+    EXPECT_TRUE(e.partial);
+  }
+}
+
 }  // namespace
 }  // namespace lamina

@@ -6,13 +6,14 @@
 
 #include <lamina/backend/solver/ceres/costs.hpp>
 #include <lamina/backend/solver/ceres/manifolds.hpp>
+#include <lamina/testing/factor_tester.hpp>
 
-#include "support/factor_tester.hpp"
 #include "support/random.hpp"
 
 namespace lamina::test {
 
 using Cost = std::unique_ptr<ceres::CostFunction>;
+using Blocks = FactorTester::Blocks;
 
 inline const PoseManifold kPose;
 inline const PlaneManifold kPlane;

@@ -1,6 +1,7 @@
 // Plane graphs of any size: rooms on a square grid, visited in order, several laps.
 #pragma once
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -98,6 +99,45 @@ inline PlaneGraph make_rooms(const RoomOptions& options) {
     g.initial_map_body.push_back(g.initial_map_body.back() * step);
   }
   return g;
+}
+
+/// The same building, path and associations under another draw of the noise that it states: steps
+/// of odometry, and of each observation distance and tilts of the points it had.
+inline PlaneGraph redrawn(PlaneGraph problem, std::uint64_t seed) {
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> normal;
+  for (auto& o : problem.odometry) {
+    Vector6d noise;
+    for (int k = 0; k < 6; ++k) {
+      noise(k) = normal(engine) * (k < 3 ? problem.sigma_translation : problem.sigma_rotation);
+    }
+    const auto from = static_cast<std::size_t>(o.from), to = static_cast<std::size_t>(o.to);
+    o.T_from_to =
+        problem.truth_map_body[from].inverse() * problem.truth_map_body[to] * SE3::exp(noise);
+    if (o.to == o.from + 1)
+      problem.initial_map_body[to] = problem.initial_map_body[from] * o.T_from_to;
+  }
+  for (auto& o : problem.observations) {
+    const Plane plane = problem.truth_map_body[static_cast<std::size_t>(o.pose)].inverse() *
+                        problem.truth_planes[static_cast<std::size_t>(o.plane)];
+    const Eigen::Vector3d& n = plane.normal();
+    const Matrix32d B = plane.tangent_basis();
+    const double count = o.moments_body.weight(), sigma = problem.sigma_point;
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> in_plane(
+        Eigen::Matrix2d(B.transpose() * o.moments_body.scatter() * B));
+    Eigen::Matrix3d scatter =
+        std::max(0.0, count - 3) * sigma * sigma * n * n.transpose();  // off their own best plane
+    for (int k = 0; k < 2; ++k) {
+      const double extent = std::sqrt(std::max(0.0, in_plane.eigenvalues()(k)));
+      const Eigen::Vector3d l =
+          extent * (B * in_plane.eigenvectors().col(k)) + sigma * normal(engine) * n;
+      scatter += l * l.transpose();
+    }
+    const Eigen::Vector3d mean =
+        plane.project(o.moments_body.mean()) + sigma / std::sqrt(count) * normal(engine) * n;
+    o.moments_body = Moments(count, mean, scatter, o.moments_body.count());
+  }
+  return problem;
 }
 
 /// A plane that no pose saw for longer than the window keeps it is another plane from then on.

@@ -10,6 +10,7 @@
 
 #include "backend/graph/factor_cases.hpp"
 #include "backend/graph/factor_twins.hpp"
+#include "support/statistics.hpp"
 
 namespace lamina {
 namespace {
@@ -166,6 +167,44 @@ TEST(SegmentFactor, PassesAllChecks) {
     check.autodiff_twin = twin.get();
     EXPECT_TRUE(tester.check_all({truth}, check)) << c.name;
   }
+}
+
+// The same cost and the same normal equations at every pose and plane.
+TEST(SegmentFactor, IsAMomentsFactorToTheLastDigits) {
+  Random random(12);
+  for (const auto& c : plane_cases()) {
+    const PlaneLandmark landmark = PlaneLandmark::at(c.plane_map, {4, 3, 0});
+    SegmentFactor f;
+    const auto ends = random.points_on(c.plane_map, {4, 2, 0}, 2.0, 2);
+    f.start_body = c.pose.inverse() * ends[0];
+    f.end_body = c.pose.inverse() * ends[1];
+    f.sqrt_information << 100, 0, 20, 50;
+    const SegmentTerm segment(f, landmark.anchor_map);
+    const PlaneMomentsTerm moments(moments_of(f, 30), landmark.anchor_map);
+    for (int i = 0; i < 20; ++i) {
+      const PoseState pose = PoseState(c.pose).plus(random.normal_vector(6, 0.3));
+      const PlaneState plane = PlaneState(landmark.plane_anchor).plus(random.normal3(0.3));
+      Eigen::Vector2d r;
+      Eigen::Vector4d r_moments;
+      SegmentTerm::Jacobians J;
+      PlaneMomentsTerm::Jacobians J_moments;
+      segment.evaluate(pose, plane, r, &J);
+      moments.evaluate(pose, plane, r_moments, &J_moments);
+      EXPECT_NEAR(r_moments.squaredNorm(), r.squaredNorm(), 1e-9 * r.squaredNorm()) << c.name;
+      Eigen::Matrix<double, 2, 9> A;
+      Eigen::Matrix<double, 4, 9> B;
+      A << std::get<0>(J), std::get<1>(J);
+      B << std::get<0>(J_moments), std::get<1>(J_moments);
+      const Eigen::Matrix<double, 9, 9> H = A.transpose() * A;
+      EXPECT_LT((B.transpose() * B - H).norm(), 1e-9 * H.norm()) << c.name;
+      EXPECT_LT((B.transpose() * r_moments - A.transpose() * r).norm(),
+                1e-9 * (A.transpose() * r).norm() + 1e-9)
+          << c.name;
+    }
+  }
+  SegmentFactor none;
+  none.sqrt_information.setZero();
+  EXPECT_EQ(moments_of(none, 30).weight(), 0);
 }
 
 TEST(SegmentFactor, WhitenedByTheFit) {

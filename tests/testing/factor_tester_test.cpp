@@ -1,6 +1,4 @@
 // The factor tester passes a right factor and fails each kind of wrong one.
-#include "support/factor_tester.hpp"
-
 #include <ceres/autodiff_cost_function.h>
 #include <ceres/sized_cost_function.h>
 #include <ceres/sphere_manifold.h>
@@ -8,8 +6,12 @@
 
 #include <cmath>
 
-namespace lamina::test {
+#include <lamina/testing/factor_tester.hpp>
+
+namespace lamina {
 namespace {
+
+using Blocks = FactorTester::Blocks;
 
 // r = (n.x - rho, n.y): a point x against a direction n on the unit sphere, with one of several
 // mistakes that have been made in factors.
@@ -97,4 +99,4 @@ TEST(FactorTester, KnowsWhatMovingTheWorldMeans) {
 }
 
 }  // namespace
-}  // namespace lamina::test
+}  // namespace lamina
