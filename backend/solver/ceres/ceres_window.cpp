@@ -54,6 +54,37 @@ struct PlaneBlock {
   const PlaneState& linear(const PlaneState& now) const { return frozen ? first : now; }
 };
 
+/// A surfel's block; what carries it is the map, which is no variable.
+struct SurfelBlock {
+  using State = FlatState;
+  std::array<double, 3> x{};
+
+  FlatState at(const double* values) const { return FlatState(values); }
+  const FlatState& linear(const FlatState& now) const { return now; }
+};
+
+/// SurfelMomentsTerm and SurfelParentTerm of what the map carries: without the carrier.
+template <class Term, class Seen>
+struct OnMap {
+  enum : int { kResiduals = Term::kResiduals };
+  using Jacobians = TermJacobians<kResiduals, Seen, FlatState>;
+  using Residual = Eigen::Matrix<double, kResiduals, 1>;
+  Term term;
+
+  void evaluate(const Seen& seen, const FlatState& surfel, Residual& r, Jacobians* J) const {
+    static const PoseState map;
+    typename Term::Jacobians all;
+    if constexpr (std::is_same_v<Seen, PoseState>) {
+      term.evaluate(seen, map, surfel, r, J != nullptr ? &all : nullptr);
+      if (J != nullptr) std::get<0>(*J) = std::get<0>(all);
+    } else {
+      term.evaluate(map, seen, surfel, r, J != nullptr ? &all : nullptr);
+      if (J != nullptr) std::get<0>(*J) = std::get<1>(all);
+    }
+    if (J != nullptr) std::get<1>(*J) = std::get<2>(all);
+  }
+};
+
 /// A term of states, first estimates where they are frozen.
 template <class Term, class... Blocks>
 class WindowCost final
@@ -206,6 +237,8 @@ struct CeresWindow::Impl {
   std::vector<std::unique_ptr<ceres::LossFunction>> scaled;  // of factors of a weight
   std::map<KeyframeId, PoseBlock> poses;
   std::map<PlaneId, PlaneBlock> planes;
+  std::map<SurfelId, SurfelBlock> surfels;
+  ceres::CauchyLoss parent_loss{kSurfelParentScale};
   std::map<std::uint64_t, ceres::ResidualBlockId> residuals;  // by the factors' serials
   ceres::Problem problem{problem_options()};
 
@@ -213,6 +246,7 @@ struct CeresWindow::Impl {
   void remove_what_left(const window::State& state);
   void take_states(const window::State& state);
   void add_what_is_new(const window::State& state);
+  void add_new_surfels(const window::State& state);
   template <class Make>
   void add_new(std::uint64_t serial, const Make& make) {
     const auto [known, fresh] = residuals.try_emplace(serial, nullptr);
@@ -240,6 +274,8 @@ void CeresWindow::Impl::remove_what_left(const window::State& state) {
   collect(state.gravity);
   collect(state.plane_priors);
   collect(state.views);
+  collect(state.surfels);
+  for (const window::Surfel& surfel : state.surfels) collect(surfel.views);
   collect(state.custom);
   if (state.prior.r.size() > 0) present.insert(state.prior.serial);
   std::erase_if(residuals, [&](const auto& residual) {
@@ -254,6 +290,7 @@ void CeresWindow::Impl::remove_what_left(const window::State& state) {
   };
   std::erase_if(poses, gone);
   std::erase_if(planes, gone);
+  std::erase_if(surfels, gone);
 }
 
 void CeresWindow::Impl::take_states(const window::State& state) {
@@ -265,6 +302,33 @@ void CeresWindow::Impl::take_states(const window::State& state) {
   };
   for (const window::Pose& pose : state.poses) take(poses, pose, manifolds.pose);
   for (const window::Landmark& plane : state.planes) take(planes, plane, manifolds.plane);
+  for (const window::Surfel& surfel : state.surfels) {
+    const auto [block, fresh] = surfels.try_emplace(surfel.id);
+    if (fresh) problem.AddParameterBlock(block->second.x.data(), FlatState::kAmbient);
+    surfel.now.write(block->second.x.data());
+  }
+}
+
+void CeresWindow::Impl::add_new_surfels(const window::State& state) {
+  for (const window::Surfel& surfel : state.surfels) {
+    SurfelBlock& block = surfels.at(surfel.id);
+    for (const window::SurfelView& view : surfel.views) {
+      add_new(view.serial, [&] {
+        using Seen = OnMap<SurfelMomentsTerm, PoseState>;
+        PoseBlock& pose = poses.at(view.keyframe);
+        return problem.AddResidualBlock(
+            new WindowCost<Seen, PoseBlock, SurfelBlock>(Seen{view.term}, pose, block), nullptr,
+            pose.x.data(), block.x.data());
+      });
+    }
+    add_new(surfel.serial, [&] {
+      using Tie = OnMap<SurfelParentTerm, PlaneState>;
+      PlaneBlock& plane = planes.at(surfel.parent);
+      return problem.AddResidualBlock(
+          new WindowCost<Tie, PlaneBlock, SurfelBlock>(Tie{surfel.tie}, plane, block), &parent_loss,
+          plane.x.data(), block.x.data());
+    });
+  }
 }
 
 void CeresWindow::Impl::add_what_is_new(const window::State& state) {
@@ -301,6 +365,7 @@ void CeresWindow::Impl::add_what_is_new(const window::State& state) {
                  a, b);
     });
   }
+  add_new_surfels(state);
   for (const auto& f : state.custom) add_new(f.serial, [&] { return add_custom(f); });
   if (state.prior.r.size() > 0) {
     add_new(state.prior.serial, [&] { return add_prior(state.prior); });
@@ -340,6 +405,8 @@ void CeresWindow::Impl::write(window::State& state) const {
     const PlaneBlock& block = planes.at(plane.id);
     plane.now = block.at(block.x.data());
   }
+  for (window::Surfel& surfel : state.surfels)
+    surfel.now = FlatState(surfels.at(surfel.id).x.data());
 }
 
 CeresWindow::CeresWindow() : impl_(std::make_unique<Impl>()) {}
