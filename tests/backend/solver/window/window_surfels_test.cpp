@@ -1,6 +1,4 @@
 // Surfels in the window: as the batch has them, by either engine, and as they leave.
-#include <lamina/backend/mapper/joint_surfels.hpp>
-#include <lamina/backend/refine/refiner.hpp>
 #include <lamina/backend/solver/window/sliding_window.hpp>
 
 #include <gtest/gtest.h>
