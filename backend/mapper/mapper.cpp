@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
+#include <span>
 
+#include <lamina/backend/association/connected_ground.hpp>
 #include <lamina/backend/mapper/fallen_planes.hpp>
 #include <lamina/backend/mapper/plane_information.hpp>
 #include <lamina/backend/mapper/plane_loop.hpp>
@@ -37,15 +40,31 @@ void append_finite(const std::vector<Eigen::Vector3d>& points_body, const SE3& T
   }
 }
 
-void add_floor(const Observations& observations, KeyframeId keyframe, const SE3& T_keyframe_sensor,
-               SurfelEvidence& surfels) {
+// Small pieces of floor in the sensor's frame, each with the information that is its own.
+std::vector<Moments> patches_of(const Observations& observations) {
+  std::vector<Moments> patches;
   for (const auto& patch : observations.floor_patches) {
     // Its own plane takes the noise floor; a patch too thin for a plane says nothing of a surfel.
     const auto fit = patch.moments_sensor.fit_plane(Eigen::Vector3d::Zero(), 1.0);
     if (!fit) continue;
-    const Moments m = patch.moments_sensor.discounted(fit->plane.normal(), patch.floor);
-    surfels.add(keyframe, m.transformed(T_keyframe_sensor));
+    patches.push_back(patch.moments_sensor.discounted(fit->plane.normal(), patch.floor));
   }
+  return patches;
+}
+
+// `view_of`: by plane and segment observed.
+std::vector<AssociationDecision> by_observation(const std::vector<AssociationDecision>& by_view,
+                                                const std::vector<std::size_t>& view_of) {
+  std::vector<AssociationDecision> all;
+  for (const std::size_t view : view_of) all.push_back(by_view[view]);
+  return all;
+}
+
+std::vector<Moments> transformed(const std::vector<Moments>& moments, const SE3& T) {
+  std::vector<Moments> all;
+  all.reserve(moments.size());
+  for (const Moments& m : moments) all.push_back(m.transformed(T));
+  return all;
 }
 
 }  // namespace
@@ -55,6 +74,8 @@ struct Mapper::Step {
   SE3 T_prev_body;
   Matrix6d increment_covariance;
   FrameViews views = {};
+  std::vector<Moments> patches_sensor = {};  // of floor
+  std::vector<std::size_t> view_of = {};     // by plane and segment observed: its view
   BodyInKeyframe odometry = {};
   BodyPose body = {};                                    // predicted
   std::vector<std::optional<std::size_t>> forming = {};  // by view: the forming plane it is of
@@ -65,7 +86,8 @@ AddResult Mapper::add(const Observations& observations, const SE3& T_prev_body,
                       const Matrix6d& increment_covariance) {
   Step step{observations, usable(T_prev_body) ? T_prev_body : SE3(), increment_covariance};
   const auto begin = std::chrono::steady_clock::now();
-  predict(step);  // where odometry says the body is
+  predict(step);      // where odometry says the body is
+  join_ground(step);  // pieces of ground that swells are one floor
   ViewAssociation found = associate_views(map_, formation_, step.views, step.body);
   step.result.decisions = std::move(found.decisions);
   step.forming = std::move(found.forming);
@@ -81,6 +103,7 @@ AddResult Mapper::add(const Observations& observations, const SE3& T_prev_body,
   } else {  // between keyframes the planes hold still
     estimate_ = localized(map_, step.views.evidence, step.result.decisions, estimate_);
   }
+  step.result.decisions = by_observation(step.result.decisions, step.view_of);
   map_.frames.add({observations.stamp, map_.keyframe, estimate_.T_keyframe_body});
   step.result.keyframe = map_.keyframe;
   step.result.is_keyframe = starts;
@@ -137,9 +160,44 @@ void Mapper::predict(Step& step) const {
   if (!step.increment_covariance.allFinite() || llt.info() != Eigen::Success) {
     step.increment_covariance = Matrix6d::Identity();
   }
+  if (map_.options.ground.enabled && map_.ground.swells()) {
+    const Eigen::Vector2d lift =
+        map_.ground.lift_variances(step.T_prev_body.translation().norm(), map_.options.ground);
+    step.increment_covariance.diagonal().segment<3>(2) +=
+        Eigen::Vector3d(lift.x(), lift.y(), lift.y());
+  }
   step.odometry.advance(step.T_prev_body, step.increment_covariance);
   step.body.relative.advance(step.T_prev_body, step.increment_covariance);
   step.body.T_map_body = map_.T_map_keyframe() * step.body.relative.T_keyframe_body;
+}
+
+void Mapper::join_ground(Step& step) {
+  FrameViews& views = step.views;
+  step.patches_sensor = patches_of(step.observations);
+  step.view_of.resize(views.evidence.size());
+  std::iota(step.view_of.begin(), step.view_of.end(), std::size_t{0});
+  const ConnectedGroundOptions& options = map_.options.ground;
+  if (!options.enabled || step.patches_sensor.empty()) return;
+  const auto ground = connected_ground(
+      views.evidence, transformed(step.patches_sensor, step.observations.T_body_sensor),
+      map_.ground.swells(), options);
+  map_.ground.add(ground, options);
+  if (!map_.ground.swells() || !ground) return;
+  const std::size_t kept = ground->pieces.front();
+  views.evidence[kept] = map_.ground.as_one(*ground, options);
+  std::vector<bool> joined(views.evidence.size(), false);
+  for (const std::size_t piece : ground->pieces) joined[piece] = piece != kept;
+  FrameViews reduced;
+  for (std::size_t i = 0; i < views.evidence.size(); ++i) {
+    if (joined[i]) continue;
+    step.view_of[i] = reduced.evidence.size();
+    reduced.evidence.push_back(std::move(views.evidence[i]));
+    reduced.tracks.push_back(views.tracks[i]);
+  }
+  for (std::size_t i = 0; i < joined.size(); ++i) {
+    if (joined[i]) step.view_of[i] = step.view_of[kept];
+  }
+  views = std::move(reduced);
 }
 
 bool Mapper::wants_keyframe(const Step& step) const {
@@ -207,7 +265,9 @@ void Mapper::gather(Step& step) {
   }
   step.result.new_planes = formation_.promote(map_);
   formation_.forget(map_.keyframe, map_.options.forget_keyframes);
-  add_floor(step.observations, map_.keyframe, T * step.observations.T_body_sensor, map_.surfels);
+  const auto patches = transformed(step.patches_sensor, T * step.observations.T_body_sensor);
+  for (const Moments& patch : patches) map_.surfels.add(map_.keyframe, patch);
+  window_surfels_.add(map_, patches);
   if (step.result.is_keyframe || !map_.loose_body.count(map_.keyframe)) {
     append_finite(step.observations.obstacle_points_body, T, map_.loose_body[map_.keyframe]);
   }
@@ -283,14 +343,17 @@ RefineResult Mapper::refine(RefineOptions options,
   options.engine = map_.options.window.engine;
   const bool moving = map_.keyframe != KeyframeId::kNone;
   const SE3 before = moving ? map_.T_map_keyframe() : SE3();
+  add_joint_surfels(map_.graph, map_.surfels, map_.options.joint_surfels);
   RefineResult result = lamina::refine(map_.graph, options, progress);
   if (result.status != SolveStatus::kCancelled && result.status != SolveStatus::kInvalidInput) {
     result = revise_planes(map_, merging_, std::move(result), options, progress);
     merging_.refined();
   }
+  remove_surfels(map_.graph);
   drop_unsupported(map_);
   retirement_.refined(map_.keyframe);
   if (!moving) return result;
+  window_surfels_.forget();
   // The window follows as one body: its prior says nothing about where it is, only how it hangs
   // together.
   map_.window.move(map_.T_map_keyframe() * before.inverse());
@@ -302,7 +365,9 @@ RefineResult Mapper::refine(RefineOptions options,
 }
 
 void Mapper::know_covariances() {
+  add_joint_surfels(map_.graph, map_.surfels, map_.options.joint_surfels);
   store_covariances(map_.graph);
+  remove_surfels(map_.graph);
   map_.joint.clear();
   set_wheel_covariance(parameters_.wheels);
 }
@@ -310,6 +375,7 @@ void Mapper::know_covariances() {
 void Mapper::move(const SE3& T_new_map) {
   map_.move(T_new_map);
   merging_.move(T_new_map);
+  window_surfels_.forget();
   formation_.refit(map_);
 }
 

@@ -11,6 +11,7 @@
 #include <lamina/backend/mapper/map_drawing.hpp>
 #include <lamina/backend/mapper/plane_formation.hpp>
 #include <lamina/backend/mapper/plane_merging.hpp>
+#include <lamina/backend/mapper/window_surfels.hpp>
 #include <lamina/backend/refine/refiner.hpp>
 
 namespace lamina {
@@ -130,6 +131,7 @@ class Mapper {
 
   // The steps of add(), in this order.
   void predict(Step& step) const;
+  void join_ground(Step& step);
   bool wants_keyframe(const Step& step) const;
   void start_keyframe(Step& step);
   void gather(Step& step);
@@ -140,6 +142,7 @@ class Mapper {
   PlaneFormation formation_;         // planes before they enter the map
   PlaneMerging merging_;             // planes that are one
   KeyframeRetirement retirement_;    // keyframes that are not needed
+  WindowSurfels window_surfels_;     // cells of floors that are no planes
   ParameterUncertainty parameters_;  // of extrinsics and wheels
   BodyInKeyframe odometry_;          // by odometry alone: what factors may use
   BodyInKeyframe estimate_;          // with what this frame saw

@@ -5,8 +5,8 @@ namespace lamina {
 
 std::vector<std::string> MapperOptions::problems() const {
   std::vector<std::string> result;
-  for (const auto& of_part :
-       {window.problems(), association.problems(), place.problems(), labels.problems()}) {
+  for (const auto& of_part : {window.problems(), association.problems(), place.problems(),
+                              labels.problems(), joint_surfels.problems()}) {
     result.insert(result.end(), of_part.begin(), of_part.end());
   }
   const auto positive = [&result](double value, const char* name) {

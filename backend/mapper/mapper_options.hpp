@@ -6,8 +6,10 @@
 #include <vector>
 
 #include <lamina/backend/association/association.hpp>
+#include <lamina/backend/association/connected_ground.hpp>
 #include <lamina/backend/association/place_recognition.hpp>
 #include <lamina/backend/association/plane_evidence.hpp>
+#include <lamina/backend/mapper/joint_surfels.hpp>
 #include <lamina/backend/mapper/plane_labels.hpp>
 #include <lamina/backend/solver/window/sliding_window.hpp>
 
@@ -60,6 +62,8 @@ struct MapperOptions {
   double surfel_cell_m = 0.1;
   double surfel_parent_sigma_m = 0.01;  ///< height off the parent plane, robust
   double surfel_parent_slope_deg = 3;
+  ConnectedGroundOptions ground;     ///< pieces of it that are one floor
+  JointSurfelOptions joint_surfels;  ///< of floors that are no planes
 
   LabelOptions labels;
 

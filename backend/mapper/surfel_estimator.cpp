@@ -171,7 +171,8 @@ void add_at_height(SurfelFloor& floor, const Moments& moments, double level_gap_
   floor.at_or_new(key).evidence.merge(moments);
 }
 
-// The plane that was seen at `x` and is nearest to it; null: none within `farthest`.
+}  // namespace
+
 const PlaneLandmark* parent_of(const Eigen::Vector3d& x,
                                const std::vector<const PlaneLandmark*>& planes, double farthest) {
   const PlaneLandmark* parent = nullptr;
@@ -185,8 +186,6 @@ const PlaneLandmark* parent_of(const Eigen::Vector3d& x,
   }
   return parent;
 }
-
-}  // namespace
 
 SurfelFloor SurfelEvidence::solve(const Graph& graph, const SurfelOptions& options) const {
   SurfelFloor floor(options.cell_m);

@@ -28,6 +28,10 @@ struct SurfelOptions {
 std::optional<SurfelCell> solve_surfel(const Moments& evidence_map, const Eigen::Vector2d& center,
                                        const Plane* parent_map, const SurfelOptions& options);
 
+/// The plane that was seen at `x_map` and is nearest to it; null: none within `farthest` (m).
+const PlaneLandmark* parent_of(const Eigen::Vector3d& x_map,
+                               const std::vector<const PlaneLandmark*>& planes, double farthest);
+
 /// Floor points by keyframe, in small squares of the keyframe's own body frame.
 class SurfelEvidence {
  public:
@@ -44,6 +48,13 @@ class SurfelEvidence {
   double reach(KeyframeId keyframe) const;
   /// Those that have evidence, in order of their ids.
   std::vector<KeyframeId> keyframes() const;
+  /// f(keyframe, moments in its body frame) for every square, in order.
+  template <class F>
+  void for_each(F&& f) const {
+    for (const auto& [keyframe, squares] : evidence_) {
+      for (const auto& [square, moments] : squares) f(keyframe, moments);
+    }
+  }
   /// The floor by the keyframes' present poses. Parents: planes within level_gap_m of the evidence
   /// whose outline is under it, nearest first.
   SurfelFloor solve(const Graph& graph, const SurfelOptions& options) const;

@@ -130,7 +130,11 @@ void WorkingMap::hold_first_floor(PlaneId id) {
     return;
   }
   const Plane level = first_floor_map->about(plane.anchor_map);
-  if (hold(id, level, options.first_floor_tilt_deg * kDegree, options.first_floor_height_m)) {
+  // Where ground swells a body stands as tilted and as high as that is.
+  const double rough = options.ground.enabled && ground.swells() ? ground.roughness() : 0;
+  const double tilt =
+      std::hypot(options.first_floor_tilt_deg * kDegree, 2 * rough / options.ground.correlation_m);
+  if (hold(id, level, tilt, std::hypot(options.first_floor_height_m, rough))) {
     first_floor = id;
   }
 }

@@ -6,6 +6,7 @@
 #include <set>
 #include <vector>
 
+#include <lamina/backend/association/connected_ground.hpp>
 #include <lamina/backend/association/plane_evidence.hpp>
 #include <lamina/backend/association/plane_index.hpp>
 #include <lamina/backend/mapper/map_state.hpp>
@@ -43,6 +44,8 @@ struct WorkingMap {
   /// frames join.
   std::map<PlaneId, PlaneViews> gathered;
   std::map<PlaneId, JointCovariance> joint;  ///< its pose and each plane's, at the last solution
+
+  GroundWatch ground;  ///< whether the ground of late swells
 
   // ---- the floor under the first pose
   PlaneId first_floor = PlaneId::kNone;  ///< held where the frames say,

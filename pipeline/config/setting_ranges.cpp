@@ -68,6 +68,7 @@ const std::map<std::string, SettingRange> kRanges{
     {"association.max_gap_m", {0, 1000}},
     {"place_recognition.min_planes", {1, 1000}},
     {"surfels.cell_m", {1e-3, 10}},
+    {"surfels.joint_cell_m", {1e-2, 10}},
     {"labels.level_tilt_deg", {0.01, 90}},
     {"labels.wall_tilt_deg", {0.01, 90}},
 };

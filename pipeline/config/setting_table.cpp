@@ -222,6 +222,18 @@ std::vector<Setting> mapper_rows() {
                  "recognise planes met again (loops)"),
       LAMINA_ROW("place_recognition.min_planes", mapper.place.min_planes,
                  "planes that must agree before a recognition is believed"),
+  };
+}
+
+std::vector<Setting> ground_rows() {
+  return {
+      LAMINA_ROW("planes.connect_ground", mapper.ground.enabled,
+                 "ground that swells is one floor with a roughness; false: a plane for every piece "
+                 "that an image cuts it into"),
+      LAMINA_ROW("surfels.joint", mapper.joint_surfels.enabled,
+                 "estimate surfels of floors that are no planes together with poses and planes; "
+                 "false: after them"),
+      LAMINA_ROW("surfels.joint_cell_m", mapper.joint_surfels.cell_m, "m, side of such a surfel"),
       LAMINA_ROW("surfels.cell_m", mapper.surfel_cell_m, "m, side of a surfel of the floor"),
       LAMINA_ROW("labels.level_tilt_deg", mapper.labels.level_tilt_deg,
                  "degrees within which a plane is level"),
@@ -238,7 +250,8 @@ std::vector<Setting> mapper_rows() {
 const std::vector<Setting>& setting_table() {
   static const std::vector<Setting> table = [] {
     std::vector<Setting> rows = general_rows();
-    for (auto part : {floor_rows(), scan_rows(), segment_rows(), window_rows(), mapper_rows()}) {
+    for (auto part : {floor_rows(), scan_rows(), segment_rows(), window_rows(), mapper_rows(),
+                      ground_rows()}) {
       rows.insert(rows.end(), part.begin(), part.end());
     }
     return rows;

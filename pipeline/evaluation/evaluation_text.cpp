@@ -29,6 +29,7 @@ Json to_json(const TrajectoryError& t) {
           {"length_m", t.length_m},
           {"ate_m", to_json(t.ate_m)},
           {"ate_deg", to_json(t.ate_deg)},
+          {"ate_height_m", to_json(t.ate_height_m)},
           {"ate_first_aligned_m", to_json(t.ate_first_m)},
           {"ate_unaligned_m", to_json(t.ate_unaligned_m)},
           {"rpe_interval_s", t.rpe_interval_s},
@@ -166,6 +167,7 @@ std::string to_text(const Evaluation& evaluation) {
                                                                       : "";
     text += row("ATE aligned" + how, t.ate_m, "m");
     text += row("ATE aligned" + how + ", angle", t.ate_deg, "degrees");
+    text += row("ATE aligned" + how + ", height", t.ate_height_m, "m");
     text += row("ATE from the first pose", t.ate_first_m, "m");
     text += row("ATE as it stands", t.ate_unaligned_m, "m");
     text += row(fmt::format("RPE over {:g} s", t.rpe_interval_s), t.rpe_m, "m");

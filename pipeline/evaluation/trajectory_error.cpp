@@ -158,15 +158,18 @@ std::optional<TrajectoryError> trajectory_error(const Trajectory& estimate,
       alignment == Alignment::kSe3 ? turn_about_line(pairs, result.T_reference_estimate) : SE3();
   result.ate_first_m = distances(pairs, pairs.front().reference * pairs.front().estimate.inverse());
   result.ate_unaligned_m = distances(pairs, SE3());
-  std::vector<double> angles;
+  std::vector<double> angles, heights;
   for (const Pair& p : pairs) {
     const SE3 aligned = result.T_reference_estimate * p.estimate;
     result.times.push_back(io::decimal_seconds(p.stamp));
-    result.errors_m.push_back((aligned.translation() - p.reference.translation()).norm());
+    const Eigen::Vector3d off = aligned.translation() - p.reference.translation();
+    result.errors_m.push_back(off.norm());
+    heights.push_back(std::abs(off.z()));
     angles.push_back((p.reference.so3().inverse() * (turn * aligned).so3()).log().norm() / kDegree);
   }
   result.T_reference_estimate = turn * result.T_reference_estimate;
   result.ate_deg = error_statistics(std::move(angles));
+  result.ate_height_m = error_statistics(std::move(heights));
   relative_errors(pairs, result);
   return result;
 }

@@ -23,6 +23,7 @@ struct TrajectoryError {
   int matched = 0, estimated = 0;  ///< poses with a reference, poses at all
   ErrorStatistics ate_m;           ///< aligned over all matched poses
   ErrorStatistics ate_deg;
+  ErrorStatistics ate_height_m;     ///< of it along z
   ErrorStatistics ate_first_m;      ///< with the first matched poses laid on each other
   ErrorStatistics ate_unaligned_m;  ///< as the files stand
   ErrorStatistics rpe_m, rpe_deg;   ///< over pairs `rpe_interval_s` apart

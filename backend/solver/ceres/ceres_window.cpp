@@ -13,81 +13,18 @@
 
 #include <lamina/backend/graph/factors/marginal_prior.hpp>
 #include <lamina/backend/solver/ceres/lift.hpp>
+#include <lamina/backend/solver/ceres/window_cost.hpp>
 #include <lamina/backend/solver/window/window_equations.hpp>
 
 namespace lamina {
+
+using window::OnMap;
+using window::PlaneBlock;
+using window::PoseBlock;
+using window::SurfelBlock;
+using window::WindowCost;
+
 namespace {
-
-/// A parameter block, and where its Jacobians are taken.
-struct PoseBlock {
-  using State = PoseState;
-  std::array<double, 7> x{};
-  PoseState first;
-  bool frozen = false;
-
-  void take(const window::Pose& pose) {
-    pose.now.write(x.data());
-    first = pose.first;
-    frozen = pose.frozen;
-  }
-  PoseState at(const double* values) const { return PoseState(values); }
-  /// Where Jacobians are taken when the state is `now`.
-  const PoseState& linear(const PoseState& now) const { return frozen ? first : now; }
-};
-
-struct PlaneBlock {
-  using State = PlaneState;
-  std::array<double, 4> x{};
-  PlaneState start, first;
-  bool frozen = false;
-
-  void take(const window::Landmark& plane) {
-    plane.now.write(x.data());
-    start = plane.now;
-    first = plane.first;
-    frozen = plane.frozen;
-  }
-  /// With the basis of the start carried along.
-  PlaneState at(const double* values) const {
-    return start.carried(PlaneState(values).minus(start));
-  }
-  const PlaneState& linear(const PlaneState& now) const { return frozen ? first : now; }
-};
-
-/// A term of states, first estimates where they are frozen.
-template <class Term, class... Blocks>
-class WindowCost final
-    : public ceres::SizedCostFunction<Term::kResiduals, Blocks::State::kAmbient...> {
- public:
-  WindowCost(const Term& term, const Blocks&... blocks) : term_(term), blocks_(&blocks...) {}
-  bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override {
-    return evaluate(x, residuals, jacobians, std::index_sequence_for<Blocks...>());
-  }
-
- private:
-  template <std::size_t... I>
-  bool evaluate(const double* const* x, double* residuals, double** jacobians,
-                std::index_sequence<I...>) const {
-    using Residual = Eigen::Matrix<double, Term::kResiduals, 1>;
-    const std::tuple<typename Blocks::State...> now{std::get<I>(blocks_)->at(x[I])...};
-    Residual r;
-    term_.evaluate(std::get<I>(now)..., r, nullptr);
-    Residual::Map(residuals) = r;
-    if (jacobians == nullptr) return true;
-    Residual r_first;
-    typename Term::Jacobians J;
-    term_.evaluate(std::get<I>(blocks_)->linear(std::get<I>(now))..., r_first, &J);
-    const auto one = [&](auto index) {
-      constexpr std::size_t k = decltype(index)::value;
-      if (jacobians[k] != nullptr) lift(std::get<k>(now), x[k], std::get<k>(J), jacobians[k]);
-    };
-    (one(std::integral_constant<std::size_t, I>()), ...);
-    return true;
-  }
-
-  Term term_;
-  std::tuple<const Blocks*...> blocks_;
-};
 
 /// |S (plane - at)|^2 in the tangent of `at`.
 class PlanePriorCost final : public ceres::SizedCostFunction<3, 4> {
@@ -206,6 +143,8 @@ struct CeresWindow::Impl {
   std::vector<std::unique_ptr<ceres::LossFunction>> scaled;  // of factors of a weight
   std::map<KeyframeId, PoseBlock> poses;
   std::map<PlaneId, PlaneBlock> planes;
+  std::map<SurfelId, SurfelBlock> surfels;
+  ceres::CauchyLoss parent_loss{kSurfelParentScale};
   std::map<std::uint64_t, ceres::ResidualBlockId> residuals;  // by the factors' serials
   ceres::Problem problem{problem_options()};
 
@@ -213,6 +152,7 @@ struct CeresWindow::Impl {
   void remove_what_left(const window::State& state);
   void take_states(const window::State& state);
   void add_what_is_new(const window::State& state);
+  void add_new_surfels(const window::State& state);
   template <class Make>
   void add_new(std::uint64_t serial, const Make& make) {
     const auto [known, fresh] = residuals.try_emplace(serial, nullptr);
@@ -240,6 +180,8 @@ void CeresWindow::Impl::remove_what_left(const window::State& state) {
   collect(state.gravity);
   collect(state.plane_priors);
   collect(state.views);
+  collect(state.surfels);
+  for (const window::Surfel& surfel : state.surfels) collect(surfel.views);
   collect(state.custom);
   if (state.prior.r.size() > 0) present.insert(state.prior.serial);
   std::erase_if(residuals, [&](const auto& residual) {
@@ -254,6 +196,7 @@ void CeresWindow::Impl::remove_what_left(const window::State& state) {
   };
   std::erase_if(poses, gone);
   std::erase_if(planes, gone);
+  std::erase_if(surfels, gone);
 }
 
 void CeresWindow::Impl::take_states(const window::State& state) {
@@ -265,6 +208,33 @@ void CeresWindow::Impl::take_states(const window::State& state) {
   };
   for (const window::Pose& pose : state.poses) take(poses, pose, manifolds.pose);
   for (const window::Landmark& plane : state.planes) take(planes, plane, manifolds.plane);
+  for (const window::Surfel& surfel : state.surfels) {
+    const auto [block, fresh] = surfels.try_emplace(surfel.id);
+    if (fresh) problem.AddParameterBlock(block->second.x.data(), FlatState::kAmbient);
+    surfel.now.write(block->second.x.data());
+  }
+}
+
+void CeresWindow::Impl::add_new_surfels(const window::State& state) {
+  for (const window::Surfel& surfel : state.surfels) {
+    SurfelBlock& block = surfels.at(surfel.id);
+    for (const window::SurfelView& view : surfel.views) {
+      add_new(view.serial, [&] {
+        using Seen = OnMap<SurfelMomentsTerm, PoseState>;
+        PoseBlock& pose = poses.at(view.keyframe);
+        return problem.AddResidualBlock(
+            new WindowCost<Seen, PoseBlock, SurfelBlock>(Seen{view.term}, pose, block), nullptr,
+            pose.x.data(), block.x.data());
+      });
+    }
+    add_new(surfel.serial, [&] {
+      using Tie = OnMap<SurfelParentTerm, PlaneState>;
+      PlaneBlock& plane = planes.at(surfel.parent);
+      return problem.AddResidualBlock(
+          new WindowCost<Tie, PlaneBlock, SurfelBlock>(Tie{surfel.tie}, plane, block), &parent_loss,
+          plane.x.data(), block.x.data());
+    });
+  }
 }
 
 void CeresWindow::Impl::add_what_is_new(const window::State& state) {
@@ -301,6 +271,7 @@ void CeresWindow::Impl::add_what_is_new(const window::State& state) {
                  a, b);
     });
   }
+  add_new_surfels(state);
   for (const auto& f : state.custom) add_new(f.serial, [&] { return add_custom(f); });
   if (state.prior.r.size() > 0) {
     add_new(state.prior.serial, [&] { return add_prior(state.prior); });
@@ -340,6 +311,8 @@ void CeresWindow::Impl::write(window::State& state) const {
     const PlaneBlock& block = planes.at(plane.id);
     plane.now = block.at(block.x.data());
   }
+  for (window::Surfel& surfel : state.surfels)
+    surfel.now = FlatState(surfels.at(surfel.id).x.data());
 }
 
 CeresWindow::CeresWindow() : impl_(std::make_unique<Impl>()) {}

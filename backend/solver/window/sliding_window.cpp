@@ -122,6 +122,34 @@ bool SlidingWindow::set(const PlaneMomentsFactor& factor) {
   return add(factor);
 }
 
+bool SlidingWindow::add_surfel(SurfelId id, const SE3& T_map_cell,
+                               const SurfelParentFactor& parent) {
+  const int plane = find(parent.plane);
+  if (plane < 0 || contains(id)) return false;
+  LAMINA_CHECK(state_.surfels.empty() || state_.surfels.back().id < id);
+  const Eigen::Vector3d& anchor = state_.planes[static_cast<std::size_t>(plane)].anchor;
+  state_.surfels.push_back({state_.next_serial(),
+                            id,
+                            FlatState(),
+                            parent.plane,
+                            SurfelParentTerm(parent, T_map_cell, anchor),
+                            {}});
+  return true;
+}
+
+bool SlidingWindow::set(const SurfelMomentsFactor& factor) {
+  const int at = state_.find(factor.surfel);
+  const Moments& m = factor.moments_body;
+  if (at < 0 || !contains(factor.keyframe)) return false;
+  if (!m.scatter().allFinite() || !m.mean().allFinite() || !std::isfinite(m.weight())) return false;
+  window::Surfel& surfel = state_.surfels[static_cast<std::size_t>(at)];
+  std::erase_if(surfel.views, [&](const auto& view) { return view.keyframe == factor.keyframe; });
+  const SE3 T_map_cell(SO3(Eigen::Quaterniond(surfel.tie.R_body_cell)), surfel.tie.t_body_cell);
+  surfel.views.push_back({state_.next_serial(), factor.keyframe, SurfelMomentsTerm(m, T_map_cell)});
+  solved_ = false;
+  return true;
+}
+
 bool SlidingWindow::rename_plane(PlaneId from, PlaneId into) {
   if (find(from) < 0 || find(into) >= 0) return false;
   forget(from);
@@ -132,6 +160,7 @@ bool SlidingWindow::rename_plane(PlaneId from, PlaneId into) {
   for (auto& plane : state_.planes) rename(plane.id);
   for (auto& prior : state_.plane_priors) rename(prior.id);
   for (auto& view : state_.views) rename(view.plane);
+  for (auto& surfel : state_.surfels) rename(surfel.parent);
   for (auto& id : state_.prior.planes) rename(id);
   state_.renew_serials();
   return true;

@@ -63,6 +63,11 @@ class SlidingWindow {
   bool add(const CustomFactor& factor);
   /// Replaces the evidence of one keyframe on one plane (it grew), or adds it.
   bool set(const PlaneMomentsFactor& factor);
+  /// A cell of a floor that is no plane, at T_map_cell (z up), tied to its parent. Ids rise. It
+  /// stays until the first keyframe that saw it leaves.
+  bool add_surfel(SurfelId id, const SE3& T_map_cell, const SurfelParentFactor& parent);
+  /// Replaces what one keyframe saw of a surfel, or adds it.
+  bool set(const SurfelMomentsFactor& factor);
   /// Gives the observations of `from` in the window to `into`, which must be in it.
   bool merge_planes(PlaneId from, PlaneId into);
 
@@ -84,6 +89,8 @@ class SlidingWindow {
 
   bool contains(KeyframeId id) const { return find(id) >= 0; }
   bool contains(PlaneId id) const { return find(id) >= 0; }
+  bool contains(SurfelId id) const { return state_.find(id) >= 0; }
+  std::size_t surfel_count() const { return state_.surfels.size(); }
   std::size_t keyframe_count() const { return state_.poses.size(); }
   std::size_t plane_count() const { return state_.planes.size(); }
   SE3 pose(KeyframeId id) const;

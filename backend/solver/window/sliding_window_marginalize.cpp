@@ -19,6 +19,11 @@ auto freeze(State& state) {
   return state.now;
 }
 
+void carry_cell(const SE3& T, Eigen::Matrix3d& R_map_cell, Eigen::Vector3d& t_map_cell) {
+  R_map_cell = (T.so3().matrix() * R_map_cell).eval();
+  t_map_cell = T * t_map_cell;
+}
+
 }  // namespace
 
 // Elimination order -> linearise -> QR -> prior.
@@ -142,6 +147,11 @@ void SlidingWindow::move(const SE3& T) {
   for (auto& pose : state_.prior.poses_at) pose = T * pose;
   for (auto& plane : state_.prior.planes_at) turn(plane);
   for (auto& view : state_.views) view.term.anchor_map = T * view.term.anchor_map;
+  for (auto& surfel : state_.surfels) {
+    surfel.tie.anchor_map = T * surfel.tie.anchor_map;
+    carry_cell(T, surfel.tie.R_body_cell, surfel.tie.t_body_cell);
+    for (auto& view : surfel.views) carry_cell(T, view.term.R_body_cell, view.term.t_body_cell);
+  }
   state_.renew_serials();
 }
 
@@ -154,6 +164,12 @@ bool SlidingWindow::merge_planes(PlaneId from, PlaneId into) {
     view.plane = into;
     view.term.anchor_map = state_.planes[static_cast<std::size_t>(b)].anchor;
     view.serial = state_.next_serial();
+  }
+  for (auto& surfel : state_.surfels) {
+    if (surfel.parent != from) continue;
+    surfel.parent = into;
+    surfel.tie.anchor_map = state_.planes[static_cast<std::size_t>(b)].anchor;
+    surfel.serial = state_.next_serial();
   }
   auto& kept = state_.planes[static_cast<std::size_t>(b)];
   const auto& gone = state_.planes[static_cast<std::size_t>(a)];
@@ -195,6 +211,9 @@ bool SlidingWindow::set_anchor(PlaneId id, const Eigen::Vector3d& anchor_map) {
   plane.anchor = anchor_map;
   for (auto& view : state_.views) {
     if (view.plane == id) view.term.anchor_map = anchor_map;
+  }
+  for (auto& surfel : state_.surfels) {
+    if (surfel.parent == id) surfel.tie.anchor_map = anchor_map;
   }
   state_.renew_serials();
   solved_ = false;

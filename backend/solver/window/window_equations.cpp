@@ -8,6 +8,7 @@
 #include <limits>
 
 #include <lamina/backend/solver/ceres/lift.hpp>
+#include <lamina/backend/solver/window/surfel_elimination.hpp>
 
 namespace lamina::window {
 
@@ -258,6 +259,12 @@ BuiltEquations build_equations(State& state, double robust_chi_squared, Build wh
   add_pose_factors(state, robust_chi_squared, equations);
   add_plane_factors(state, robust_chi_squared, equations);
   add_custom_factors(state, equations);
+  if (!state.surfels.empty()) {
+    const SurfelInformation surfels = eliminate_surfels(
+        state, [](const Surfel&) { return true; }, what == Build::kGradient);
+    built.cost += surfels.cost;
+    system.add_dense(surfels.columns, surfels.H, surfels.g);
+  }
   return built;
 }
 
@@ -286,6 +293,12 @@ std::vector<LinearFactor> linearize_touching(State& state, double robust_chi_squ
   add_pose_factors(state, robust_chi_squared, touching);
   add_plane_factors(state, robust_chi_squared, touching);
   add_custom_factors(state, touching);
+  if (!state.surfels.empty()) {
+    const SurfelInformation surfels = eliminate_surfels(
+        state, [&](const Surfel& s) { return state.goes(s, pose_gone, plane_gone); }, false);
+    LinearFactor factor = surfel_factor(surfels, state);
+    if (!factor.variables.empty()) factors.push_back(std::move(factor));
+  }
   return factors;
 }
 

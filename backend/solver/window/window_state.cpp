@@ -18,6 +18,8 @@ void State::renew_serials() {
   renew(gravity);
   renew(plane_priors);
   renew(views);
+  renew(surfels);
+  for (Surfel& surfel : surfels) renew(surfel.views);
   renew(custom);
   prior.serial = next_serial();
 }
@@ -36,13 +38,31 @@ int State::find(PlaneId id) const {
   return -1;
 }
 
+int State::find(SurfelId id) const {
+  const auto found =
+      std::lower_bound(surfels.begin(), surfels.end(), id,
+                       [](const Surfel& s, SurfelId wanted) { return s.id < wanted; });
+  if (found == surfels.end() || found->id != id) return -1;
+  return static_cast<int>(found - surfels.begin());
+}
+
 int State::residuals() const {
   int rows_of_custom = 0;
+  for (const Surfel& s : surfels) rows_of_custom += 3 + 4 * static_cast<int>(s.views.size());
   for (const Custom& f : custom) rows_of_custom += f.factor.cost->num_residuals();
   return rows_of_custom +
          static_cast<int>(static_cast<std::size_t>(prior.r.size()) + 6 * relative_poses.size() +
                           6 * pose_priors.size() + 2 * gravity.size() + 3 * plane_priors.size() +
                           4 * views.size());
+}
+
+bool State::goes(const Surfel& surfel, const std::vector<bool>& pose_gone,
+                 const std::vector<bool>& plane_gone) const {
+  const int parent = find(surfel.parent);
+  if (parent >= 0 && plane_gone[static_cast<std::size_t>(parent)]) return true;
+  return std::any_of(surfel.views.begin(), surfel.views.end(), [&](const SurfelView& view) {
+    return pose_gone[static_cast<std::size_t>(find(view.keyframe))];
+  });
 }
 
 void State::erase(const std::vector<bool>& pose_gone, const std::vector<bool>& plane_gone) {
@@ -53,6 +73,7 @@ void State::erase(const std::vector<bool>& pose_gone, const std::vector<bool>& p
   std::erase_if(gravity, [&](const Gravity& f) { return pose(f.id); });
   std::erase_if(plane_priors, [&](const PlanePrior& f) { return plane(f.id); });
   std::erase_if(views, [&](const PlaneView& f) { return pose(f.keyframe) || plane(f.plane); });
+  std::erase_if(surfels, [&](const Surfel& s) { return goes(s, pose_gone, plane_gone); });
   std::erase_if(custom, [&](const Custom& f) {
     return std::any_of(f.keyframes.begin(), f.keyframes.end(), pose);
   });

@@ -11,6 +11,8 @@
 #include <lamina/backend/graph/factors/odometry.hpp>
 #include <lamina/backend/graph/factors/plane_moments.hpp>
 #include <lamina/backend/graph/factors/prior.hpp>
+#include <lamina/backend/graph/factors/surfel_moments.hpp>
+#include <lamina/backend/graph/factors/surfel_parent.hpp>
 
 namespace lamina::window {
 
@@ -68,6 +70,24 @@ struct PlaneView {
   double weight = 1;
 };
 
+/// What one keyframe saw of a surfel.
+struct SurfelView {
+  std::uint64_t serial;
+  KeyframeId keyframe;
+  SurfelMomentsTerm term;  ///< carried by the map
+};
+
+/// A cell of a floor that is no plane, at a fixed place in the map. It leaves with the first
+/// keyframe that saw it: poses and planes alone are in the prior.
+struct Surfel {
+  std::uint64_t serial;  ///< of its tie to the parent
+  SurfelId id;
+  FlatState now;
+  PlaneId parent;
+  SurfelParentTerm tie;  ///< carried by the map, about the parent's anchor
+  std::vector<SurfelView> views;
+};
+
 /// A user's factor of keyframes alone.
 struct Custom {
   std::uint64_t serial;
@@ -95,6 +115,7 @@ struct State {
   std::vector<Gravity> gravity;
   std::vector<PlanePrior> plane_priors;
   std::vector<PlaneView> views;
+  std::vector<Surfel> surfels;  ///< by their ids
   std::vector<Custom> custom;
   Prior prior;
   std::uint64_t last_serial = 0;
@@ -105,7 +126,11 @@ struct State {
   /// Place in the list; -1: not there.
   int find(KeyframeId id) const;
   int find(PlaneId id) const;
+  int find(SurfelId id) const;
   int residuals() const;
+  /// Whether a surfel goes with states, marked by their places.
+  bool goes(const Surfel& surfel, const std::vector<bool>& pose_gone,
+            const std::vector<bool>& plane_gone) const;
   /// Takes out states, marked by their places, and all factors that touch them; the prior stays.
   void erase(const std::vector<bool>& pose_gone, const std::vector<bool>& plane_gone);
   /// Steps of the prior's states from where it was linearised.
