@@ -232,7 +232,8 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   report_match(a, lost, motion);
   const SE3 step = lost ? expected.T_prev_curr : T_world_camera_.inverse() * a.T_world_camera;
   motion.T_prev_curr_body = T_body_camera * step * T_body_camera.inverse();
-  if (!lost && expected.overruled) report_overruled(at_first.T_prev_curr.inverse() * step, motion);
+  if (!lost && (expected.overruled || expected.searched))
+    report_overruled(at_first.T_prev_curr.inverse() * step, motion);
   motion.doubtful = !lost && contradictions(expected, step, frame.stamp);
   Matrix6d covariance = lost ? expected.covariance : covariance_of(a, expected, step);
   if (motion.doubtful) covariance += expected.covariance;

@@ -17,6 +17,7 @@ struct DepthOdometry::Expectation {
   SE3 T_body_camera;
   bool by_wheels = false;
   bool overruled = false;  ///< the image contradicts the wheels, and tells the motion without them
+  bool searched = false;  ///< it was found elsewhere than by wheels: these tell no more than before
   void widen(double sigma_translation, double sigma_rotation) {
     covariance.diagonal().head<3>().array() += sigma_translation * sigma_translation;
     covariance.diagonal().tail<3>().array() += sigma_rotation * sigma_rotation;

@@ -196,6 +196,7 @@ DepthOdometry::Alignment DepthOdometry::locate(const DepthBlocks& current, const
                                other_starts(predicted, T_body_camera, e.sigma_turn), a);
     if (better) {
       e = other;
+      e.searched = e.by_wheels;
       // What surfaces leave open stays as this start has it.
       a.T_world_camera = *better;
       align(current, *better, e.information, a, options_.coarse_iterations,

@@ -250,8 +250,8 @@ std::vector<Setting> ground_rows() {
 const std::vector<Setting>& setting_table() {
   static const std::vector<Setting> table = [] {
     std::vector<Setting> rows = general_rows();
-    for (auto part : {floor_rows(), scan_rows(), segment_rows(), window_rows(), mapper_rows(),
-                      ground_rows()}) {
+    for (auto part :
+         {floor_rows(), scan_rows(), segment_rows(), window_rows(), mapper_rows(), ground_rows()}) {
       rows.insert(rows.end(), part.begin(), part.end());
     }
     return rows;
