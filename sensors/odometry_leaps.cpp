@@ -79,10 +79,10 @@ Odometry OdometryLeaps::add(const Odometry& measured) {
     return result;
   }
   const double dt = measured.stamp - last_->stamp;
-  if (dt > 0 && !measured.interpolated)
-    written_ += written_ > 0 ? 0.1 * (std::min(dt, 2 * written_) - written_) : dt;
+  const bool repeats = same(T, last_->T_odom_body);
+  if (repeats && !measured.interpolated) ++repeats_;
   const SE3 moved = last_->T_odom_body.inverse() * T;
-  if (dt > 0 && !same(T, last_->T_odom_body)) {
+  if (dt > 0 && !repeats) {
     const double usual = usual_interval();
     const bool to_origin = begins_again(last_->T_odom_body, T, options_.restart);
     const bool hole = dt > std::max(options_.longest, options_.hole * usual);
@@ -98,13 +98,13 @@ Odometry OdometryLeaps::add(const Odometry& measured) {
       velocity_ = moved.log() / (measured.stamp - changed_);
       const double interval = measured.interpolated ? 0 : measured.stamp - counted_;
       changes_ += measured.interpolated ? 0 : 1;
-      if (interval > std::max(options_.slow, options_.slower * written_))
-        counts_.push_back(interval);
+      if (interval > options_.slow && repeats_ >= options_.slower) counts_.push_back(interval);
       steps_.push_back({moved.translation().norm(), turn_of(moved), interval});
       if (steps_.size() > options_.memory) steps_.pop_front();
     }
     changed_ = measured.stamp;
     if (!measured.interpolated) counted_ = measured.stamp;
+    repeats_ = 0;
   }
   if (dt > 0) last_ = measured;
   if (!leaps_.empty()) result.T_odom_body = T_first_now_ * T;

@@ -20,7 +20,7 @@ struct OdometryLeapOptions {
   double restart = 0.001;   ///< m, rad: a pose so near the origin may be one of a counter reset
   int most_in_a_row = 2;    ///< leaps of recorded samples: more is how this body moves
   double slow = 0.3;        ///< s between counts, at least, and
-  double slower = 5;        ///< times the interval of samples: its steps say little of the way
+  std::int64_t slower = 4;  ///< samples that repeat the last count: its steps say little of the way
   double hole = 4;          ///< times the usual interval without a sample, and `longest` at least
   double near = 0.5;        ///< s: leaps this near each other are one (poses interpolated in it)
 };
@@ -67,7 +67,7 @@ class OdometryLeaps {
   Vector6d velocity_ = Vector6d::Zero();
   int in_a_row_ = 0;            ///< leaps, up to now
   std::vector<double> counts_;  ///< s between changes of a counter that moves slowly, so far
-  double written_ = 0;          ///< s between samples, smoothed
+  std::int64_t repeats_ = 0;    ///< recorded samples since the last count that repeat it
   std::int64_t changes_ = 0;
   std::vector<Leap> leaps_;
 };

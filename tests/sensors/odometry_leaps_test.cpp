@@ -123,5 +123,17 @@ TEST(OdometryLeaps, ACounterAtItsOriginAfterAHoleWasRestarted) {
   EXPECT_TRUE(none.leaps().empty());
 }
 
+// Recorded now and then, given between by interpolation: a counter as it is read, however seldom.
+TEST(OdometryLeaps, SeldomRecordedIsNotReadTooOften) {
+  OdometryLeaps seldom, often;
+  for (int i = 0; i < 400; ++i) {
+    const auto stamp = Timestamp::from_seconds(0.1 * i);
+    seldom.add({stamp, SE3::planar(0.05 * i, 0, 0), i % 20 != 0});
+    often.add({stamp, SE3::planar(0.5 * (i / 10), 0, 0), false});
+  }
+  EXPECT_EQ(seldom.counts_every(), 0);
+  EXPECT_NEAR(often.counts_every(), 1, 0.01);
+}
+
 }  // namespace
 }  // namespace lamina
