@@ -17,7 +17,7 @@ struct OwnReturnOptions {
   double same_sigmas = 4;      ///< of range_sigma: two ranges of one beam are one
   double off = 0.1;            ///< m, and
   double off_share = 0.2;      ///< of the motion: what wheels and beams say of a place at rest
-  double way = 0.15;           ///< m by which a place at rest has to move in the scanner's frame
+  double way = 0.1;            ///< m by which a place at rest has to move in the scanner's frame
   std::size_t least = 6;       ///< pairs of scans in which a beam's return came along
   double times_at_rest = 3;    ///< that many times the pairs in which its return stayed at rest
   double met = 0.6;            ///< share of all returns met again or seen past that must be met

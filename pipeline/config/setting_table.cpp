@@ -1,6 +1,7 @@
 // The table itself: keys, members, meanings.
 #include <algorithm>
 #include <array>
+#include <string>
 
 #include <lamina/pipeline/config/preset.hpp>
 #include <lamina/pipeline/config/setting_ranges.hpp>
@@ -76,6 +77,12 @@ std::vector<Setting> general_rows() {
           "whether beams without return clear the occupancy grid up to the scanner's range_max "
           "(REP 117: inf); auto: where it returns from things that far, and they do not go through "
           "walls"),
+      row_enum(
+          "lidar.partial_view", [](MapOptions & s) -> auto& { return s.mapper.partial_view; },
+          {"moments", "end_points"},
+          "what a scan's segment says of its plane: moments of its returns, or the constraint of "
+          "the article on planes from a 2D lidar (rotation between segment and plane, mean "
+          "distance of its end points, whitened by the fit with its uncertain ends)"),
       LAMINA_ROW("lidar.delay_s", scanner_delay,
                  "s that scans' stamps are late by: taken off them"),
       LAMINA_ROW("camera.delay_s", camera_delay, "likewise, of images and clouds"),
@@ -185,12 +192,6 @@ std::vector<Setting> window_rows() {
           {"native", "ceres"},
           "who solves the graph: the own block Cholesky, or Ceres; time "
           "depends on it, results to the last digits and where a path is off by radians"),
-      row_enum(
-          "lidar.partial_view", [](MapOptions & s) -> auto& { return s.mapper.partial_view; },
-          {"moments", "end_points"},
-          "what a scan's segment says of its plane: moments of its returns, or the constraint of "
-          "the article on planes from a 2D lidar (rotation between segment and plane, mean "
-          "distance of its end points, whitened by the fit with its uncertain ends)"),
       LAMINA_ROW("window.keyframes", mapper.window.keyframes, "keyframes kept as variables"),
       LAMINA_ROW("window.dormant_planes", mapper.window.planes_behind,
                  "planes that left and come back as if they had stayed, at most; time goes with "
@@ -247,6 +248,22 @@ std::vector<Setting> ground_rows() {
 
 }  // namespace
 
+namespace {
+
+// "planes" of "planes.connect_ground".
+std::string section(const Setting& setting) { return setting.key.substr(0, setting.key.find('.')); }
+
+// Rows of one section follow each other wherever they are listed: a map's key stands once in YAML.
+void gather_sections(std::vector<Setting>& rows) {
+  for (auto first = rows.begin(); first != rows.end();) {
+    first = std::stable_partition(first, rows.end(), [name = section(*first)](const Setting& row) {
+      return section(row) == name;
+    });
+  }
+}
+
+}  // namespace
+
 const std::vector<Setting>& setting_table() {
   static const std::vector<Setting> table = [] {
     std::vector<Setting> rows = general_rows();
@@ -254,6 +271,7 @@ const std::vector<Setting>& setting_table() {
          {floor_rows(), scan_rows(), segment_rows(), window_rows(), mapper_rows(), ground_rows()}) {
       rows.insert(rows.end(), part.begin(), part.end());
     }
+    gather_sections(rows);
     return rows;
   }();
   return table;

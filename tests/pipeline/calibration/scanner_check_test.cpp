@@ -153,7 +153,7 @@ TEST(ScannerCheck, LeavesOutWhatComesAlongFirst) {
                            std::reverse(s.ranges.begin(), s.ranges.end());
                            std::fill(s.ranges.begin() + 20, s.ranges.begin() + 80, 0.6F);
                          },
-                         1, turning)
+                         1, turning, 40)
                          .found();
   ASSERT_TRUE(found);
   EXPECT_TRUE(found->correction.mirrored);

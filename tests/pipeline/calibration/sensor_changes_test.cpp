@@ -14,7 +14,8 @@ constexpr double kHeight = 0.8;
 Step image(int i, double tilt, double height) {
   Step step;
   step.observations.stamp = Timestamp::from_seconds(100 + 0.5 * i);
-  step.observations.T_body_sensor = SE3(SO3(), {0.1, 0, kHeight});
+  step.observations.T_body_sensor =
+      SE3(SO3(Eigen::Quaterniond(0.5, -0.5, 0.5, -0.5)), {0.1, 0, kHeight});
   const double scatter = 0.002 * std::sin(7.0 * i);
   step.T_body_levelled = SE3(SO3::rot_y(tilt + scatter), {0, 0, height + scatter});
   step.T_start_body = SE3::planar(0.1 * i, 0, 0);

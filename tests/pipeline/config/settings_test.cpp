@@ -46,7 +46,7 @@ TEST(Settings, ProblemsHoldRangesToo) {
   MapOptions settings;
   settings.grid_resolution = 20;
   EXPECT_THAT(problems(settings), testing::ElementsAre("grid.resolution_m: found '20', expected a "
-                                                       "number from 0.001 to 10"));
+                                                       "number from 0.005 to 10"));
 }
 
 TEST(Settings, YamlGoesRoundForEveryKey) {
