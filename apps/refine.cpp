@@ -101,7 +101,7 @@ Verb refine_verb() {
                             ", expected offline: a saved map is refined as a whole");
               }
               if (o->keyframes && !online) {
-                throw Error("--keyframes: expected with a .planegraph and --mode online alone");
+                throw Error("--keyframes: found without a window, expected with --mode online");
               }
               if (!problem) {
                 return refine({o->inputs.begin(), o->inputs.end()}, o->output, o->assignments,
