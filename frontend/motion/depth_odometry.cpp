@@ -158,7 +158,8 @@ void report_image(const Alignment& a, const Matrix6d& Ad_camera_body, DepthMotio
   motion.image_pull = Ad_camera_body.transpose() * a.pull;
 }
 
-void report_overruled(const SE3& T_wheels_image, DepthMotion& motion) {
+void report_overruled(const SE3& by_wheels, const SE3& by_image, DepthMotion& motion) {
+  const SE3 T_wheels_image = by_wheels.inverse() * by_image;
   motion.against_wheels_m = T_wheels_image.translation().norm();
   motion.against_wheels_rad = T_wheels_image.so3().log().norm();
 }
@@ -232,8 +233,7 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   report_match(a, lost, motion);
   const SE3 step = lost ? expected.T_prev_curr : T_world_camera_.inverse() * a.T_world_camera;
   motion.T_prev_curr_body = T_body_camera * step * T_body_camera.inverse();
-  if (!lost && (expected.overruled || expected.searched))
-    report_overruled(at_first.T_prev_curr.inverse() * step, motion);
+  if (!lost && expected.left_wheels()) report_overruled(at_first.T_prev_curr, step, motion);
   motion.doubtful = !lost && contradictions(expected, step, frame.stamp);
   Matrix6d covariance = lost ? expected.covariance : covariance_of(a, expected, step);
   if (motion.doubtful) covariance += expected.covariance;

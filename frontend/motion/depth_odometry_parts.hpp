@@ -18,6 +18,7 @@ struct DepthOdometry::Expectation {
   bool by_wheels = false;
   bool overruled = false;  ///< the image contradicts the wheels, and tells the motion without them
   bool searched = false;  ///< it was found elsewhere than by wheels: these tell no more than before
+  bool left_wheels() const { return overruled || searched; }
   void widen(double sigma_translation, double sigma_rotation) {
     covariance.diagonal().head<3>().array() += sigma_translation * sigma_translation;
     covariance.diagonal().tail<3>().array() += sigma_rotation * sigma_rotation;
