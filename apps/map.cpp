@@ -26,8 +26,8 @@ InterruptGuard guard(const MapCommand& command) {
   const bool live = command.input.rfind("openni:", 0) == 0;
   const std::string again = command.resume ? "the same command" : "the same command with --resume";
   return {live ? InterruptGuard::Kind::kEndsReading : InterruptGuard::Kind::kWithinASecond,
-          "warning: interrupted before there was a map: nothing was written" +
-              std::string(command.resume ? ", the checkpoint is as it was" : ""),
+          std::string("warning: interrupted before there was a map: nothing was written, ") +
+              (command.resume ? "the checkpoint is as it was" : "the same command begins anew"),
           "warning: interrupted: there was no time to write the map; " + again +
               " goes on from the last checkpoint"};
 }

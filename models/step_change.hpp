@@ -20,8 +20,8 @@ struct StepChange {
 };
 
 /// The place at which values in a row, each of its own (blocks longer than errors are shared for),
-/// fall best into two levels; nullopt where none is clear. Medians and median deviations: a few
-/// values may be anything. O(n^2).
+/// fall best into two levels; nullopt where none is clear. Medians; spread by mean
+/// deviations, the largest tenth left out: a few values may be anything. O(n^2).
 std::optional<StepChange> find_step(const std::vector<double>& values,
                                     const StepChangeOptions& options = {});
 

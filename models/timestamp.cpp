@@ -10,13 +10,13 @@
 namespace lamina {
 namespace {
 constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
-constexpr double kLargestSeconds = 9.2e9;  // int64 nanoseconds end near 292 years
+constexpr double kLargestSeconds = 4.6e9;  // 146 years: differences fit into int64 nanoseconds, too
 }  // namespace
 
 Timestamp Timestamp::from_seconds(double seconds) {
   if (!(std::abs(seconds) <= kLargestSeconds)) {
     throw Error("time: found " + std::to_string(seconds) +
-                " s, expected a finite time within 292 years");
+                " s, expected a finite time within 146 years");
   }
   const double whole = std::floor(seconds);
   return Timestamp(static_cast<std::int64_t>(whole) * kNanosecondsPerSecond +

@@ -14,7 +14,7 @@ class Timestamp {
   constexpr Timestamp() = default;
   static constexpr Timestamp from_nanoseconds(std::int64_t ns) { return Timestamp(ns); }
   /// Rounds to the nearest nanosecond the double can tell; throws lamina::Error when not finite or
-  /// more than 292 years.
+  /// more than 146 years.
   static Timestamp from_seconds(double seconds);
   /// Reads decimal seconds ("1341836538.891350") exactly, without passing through a double; an
   /// exponent is taken through a double. nullopt when the text is no finite number or too large.

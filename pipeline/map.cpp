@@ -72,7 +72,9 @@ void warn(MapResult& result, MapInput& input, const FrontEnd& front_end, RunObse
     warn_of_scanner(
         *input.open_again(), input.options, [&observer] { return observer.should_stop(); },
         diagnostics);
-  if (result.stopped) warn_of_end(*input.recording, diagnostics);
+  if (result.stopped && !input.live()) {  // Ctrl-C is how a live run ends
+    warn_of_end(*input.recording, !input.options.checkpoint_folder.empty(), *result.record);
+  }
   warn_of_result(result.recording, *input.recording, front_end, diagnostics);
   diagnostics.readings = input.readings;
   const auto skipped = input.recording->skipped();

@@ -79,8 +79,8 @@ Gathered read_all(Run& run) {
   if (const std::int64_t laid = lay_across_holes(all.steps); laid > 0) {
     run.record.diagnostics.warn(
         "odometry_hole",
-        fmt::format("the odometry is silent at {} images that lost track: they were laid along "
-                    "the way that wheels counted across the hole",
+        fmt::format("{} steps lie in holes of the odometry where images lost track: they were laid "
+                    "along the way that wheels counted across the hole",
                     laid));
   }
   if (run.options.close_loops && !run.observer.hurried()) gather(run.closer.finish());

@@ -59,14 +59,23 @@ void note_assumed(const Recording& recording, Diagnostics& metrics) {
                  fmt::join(metrics.assumed, "; "));
 }
 
-void warn_of_end(const Recording& recording, Diagnostics& metrics) {
+void warn_of_end(const Recording& recording, bool resumable, RunRecord& record) {
+  Diagnostics& metrics = record.diagnostics;
   const double read = metrics.counts.measurements;
   const std::string all =
       recording.size_hint() ? fmt::format(" of {}", *recording.size_hint()) : std::string();
+  const std::string unmapped =
+      record.unmapped.empty()
+          ? std::string()
+          : fmt::format(
+                ". There was time to map what comes before {} s: planes and grids end there, "
+                "the last {} poses of the path are dead reckoning",
+                record.unmapped.front().first.to_string(), record.unmapped.size());
+  const char* resume =
+      resumable ? "; the same command with --resume goes on from the checkpoint" : "";
   metrics.warn("interrupted",
-               fmt::format("interrupted: the map is partial ({:.0f}{} measurements were read); the "
-                           "same command with --resume goes on from the checkpoint",
-                           read, all));
+               fmt::format("interrupted: the map is partial ({:.0f}{} measurements were read){}{}",
+                           read, all, unmapped, resume));
 }
 
 void warn_of_result(const std::string& input, const Recording& recording, const FrontEnd& front_end,

@@ -4,17 +4,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 #include <limits>
-#include <string_view>
+
+#include <lamina/models/content_hash.hpp>
 
 namespace lamina {
 namespace {
 
-template <class T>
-std::size_t hash_of(const std::vector<T>& values) {
-  return std::hash<std::string_view>()(
-      {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)});
+std::uint64_t place_hash(const SE3& T) {
+  const Eigen::Vector4d q = T.so3().quaternion().coeffs();
+  const Eigen::Vector3d p = T.translation();
+  return content_hash(std::vector<double>{q(0), q(1), q(2), q(3), p(0), p(1), p(2)});
 }
 
 bool has_returns(const LaserScan& scan) {
@@ -26,14 +26,16 @@ bool has_returns(const LaserScan& scan) {
 
 }  // namespace
 
-bool Repeats::add(Timestamp stamp, std::size_t content, const std::optional<SE3>& T_odom_body) {
+bool Repeats::add(Timestamp stamp, std::uint64_t sensor, std::uint64_t content,
+                  const std::optional<SE3>& T_odom_body) {
   ++all_;
-  if (content != content_ || !T_odom_body || !T_odom_body_) {
-    content_ = content;
-    T_odom_body_ = T_odom_body;
+  const auto [place, first] = last_.try_emplace(sensor, Last{content, T_odom_body});
+  Last& last = place->second;
+  if (first || content != last.content || !T_odom_body || !last.T_odom_body) {
+    last = {content, T_odom_body};
     return false;
   }
-  const Vector6d moved = (T_odom_body_->inverse() * *T_odom_body).log();
+  const Vector6d moved = (last.T_odom_body->inverse() * *T_odom_body).log();
   if (moved.head<3>().norm() < options_.moved && moved.tail<3>().norm() < options_.turned)
     return false;
   farthest_ = std::max(farthest_, moved.head<3>().norm());
@@ -56,13 +58,14 @@ std::optional<Measurement> UnrepeatedRecording::checked(std::optional<Measuremen
   if (const auto* odometry = std::get_if<Odometry>(&*measurement)) {
     T_odom_body_ = odometry->T_odom_body;
   } else if (auto* scan = std::get_if<LaserScan>(&*measurement); scan && has_returns(*scan)) {
-    if (scans_.add(scan->stamp, hash_of(scan->ranges), T_odom_body_))
+    if (scans_.add(scan->stamp, place_hash(scan->lidar.T_body_lidar), content_hash(scan->ranges),
+                   T_odom_body_))
       std::fill(scan->ranges.begin(), scan->ranges.end(), std::numeric_limits<float>::quiet_NaN());
   } else if (auto* depth = std::get_if<DepthFrame>(&*measurement)) {
-    if (images_.add(depth->stamp, hash_of(depth->raw), T_odom_body_))
+    if (images_.add(depth->stamp, 0, content_hash(depth->raw), T_odom_body_))
       std::fill(depth->raw.begin(), depth->raw.end(), std::uint16_t{0});
   } else if (auto* pair = std::get_if<StereoFrame>(&*measurement)) {
-    if (images_.add(pair->stamp, hash_of(pair->left), T_odom_body_)) {
+    if (images_.add(pair->stamp, 0, content_hash(pair->left), T_odom_body_)) {
       std::fill(pair->left.begin(), pair->left.end(), std::uint8_t{0});
       std::fill(pair->right.begin(), pair->right.end(), std::uint8_t{0});
     }

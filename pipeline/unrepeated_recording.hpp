@@ -1,8 +1,8 @@
 // A recording without what a sensor or driver that hung gave again and again.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,22 +19,27 @@ struct RepeatOptions {
   std::int64_t few = 3;   ///< repeats at least, to be said
 };
 
-/// Of one kind of measurement: what the last one held, and where the odometry was then.
+/// Of one kind of measurement: what the last one of each sensor held, and where the odometry was
+/// then.
 class Repeats {
  public:
   explicit Repeats(const RepeatOptions& options = {}) : options_(options) {}
 
-  /// `content`: the measurement's bytes; `T_odom_body`: nullopt before the first odometry. Whether
-  /// the content is that of the measurement before, though the odometry moved since: no sensor's
-  /// noise gives that.
-  bool add(Timestamp stamp, std::size_t content, const std::optional<SE3>& T_odom_body);
+  /// `sensor`, `content`: hashes of its place on the body and of the measurement (content_hash);
+  /// `T_odom_body`: nullopt before the first odometry. Whether the content is that of this sensor's
+  /// measurement before, though the odometry moved since: no sensor's noise gives that.
+  bool add(Timestamp stamp, std::uint64_t sensor, std::uint64_t content,
+           const std::optional<SE3>& T_odom_body);
   /// "12 of 300 scans ..., first at T"; nullopt where fewer than `few` are.
   std::optional<Warning> warning(const std::string& id, const std::string& what) const;
 
  private:
+  struct Last {
+    std::uint64_t content = 0;
+    std::optional<SE3> T_odom_body;  ///< where this content came first
+  };
   RepeatOptions options_;
-  std::optional<std::size_t> content_;
-  std::optional<SE3> T_odom_body_;  ///< where this content came first
+  std::map<std::uint64_t, Last> last_;  ///< by sensor
   std::optional<Timestamp> first_;
   std::int64_t all_ = 0, repeated_ = 0;
   double farthest_ = 0;  ///< m, moved under one content

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 namespace lamina {
@@ -21,15 +22,22 @@ double extent(std::span<const Eigen::Vector3d> points, const Eigen::Vector3d& di
   return high - low;
 }
 
-// A lower bound of the gap between two sets: that between their boxes, heights times `heights`.
-double box_gap(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d> b,
-               double heights) {
-  Eigen::AlignedBox3d box_a, box_b;
-  for (const auto& p : a) box_a.extend(p);
-  for (const auto& p : b) box_b.extend(p);
-  const Eigen::Vector3d gap =
-      (box_a.min() - box_b.max()).cwiseMax(box_b.min() - box_a.max()).cwiseMax(0.0);
-  return gap.cwiseProduct(Eigen::Vector3d(1, 1, heights)).norm();
+Eigen::AlignedBox3d box_of(std::span<const Eigen::Vector3d> points) {
+  Eigen::AlignedBox3d box;
+  for (const auto& p : points) box.extend(p);
+  return box;
+}
+
+// The points within `reach` (m) of a box, heights times `heights`.
+std::vector<Eigen::Vector3d> within(std::span<const Eigen::Vector3d> points,
+                                    const Eigen::AlignedBox3d& box, double heights, double reach) {
+  std::vector<Eigen::Vector3d> near;
+  std::copy_if(points.begin(), points.end(), std::back_inserter(near),
+               [&](const Eigen::Vector3d& p) {
+                 const Eigen::Vector3d off = (box.min() - p).cwiseMax(p - box.max()).cwiseMax(0.0);
+                 return off.cwiseProduct(Eigen::Vector3d(1, 1, heights)).norm() <= reach;
+               });
+  return near;
 }
 
 }  // namespace
@@ -39,11 +47,15 @@ bool beside(std::span<const Eigen::Vector3d> a, std::span<const Eigen::Vector3d>
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   const bool stroke_a = extent(a, up) < kLevel, stroke_b = extent(b, up) < kLevel;
   const double heights = stroke_a || stroke_b ? 0 : 1;
-  if (box_gap(a, b, heights) > std::max(kSurelyOne, most)) return false;
+  if (a.empty() || b.empty()) return false;
+  const double reach = std::max(kSurelyOne, most);
+  const auto near_a = within(a, box_of(b), heights, reach);
+  if (near_a.empty()) return false;
+  const auto near_b = within(b, box_of(near_a), heights, reach);
   double least = std::numeric_limits<double>::infinity();
   Eigen::Vector3d across = Eigen::Vector3d::Zero();
-  for (const auto& p : a) {
-    for (const auto& q : b) {
+  for (const auto& p : near_a) {
+    for (const auto& q : near_b) {
       const Eigen::Vector3d way = (q - p).cwiseProduct(Eigen::Vector3d(1, 1, heights));
       const double squared = way.squaredNorm();
       if (squared >= least) continue;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -36,6 +37,9 @@ struct DepthBlocks {
   const DepthBlock& at(int u, int v) const {
     return blocks[static_cast<std::size_t>(v) * static_cast<std::size_t>(width) +
                   static_cast<std::size_t>(u)];
+  }
+  bool any_oriented() const {
+    return std::any_of(blocks.begin(), blocks.end(), [](const auto& b) { return b.oriented(); });
   }
 };
 

@@ -112,6 +112,7 @@ SE3 DepthOdometry::going_on(double dt, const SE3& T_body_camera) const {
 DepthOdometry::Expectation DepthOdometry::expect(double dt, const SE3& T_body_camera,
                                                  const std::optional<MotionGuess>& guess) const {
   Expectation e;
+  e.dt = dt;
   e.T_body_camera = T_body_camera;
   e.T_going_on = guess ? SE3::exp(dt * velocity_) : going_on(dt, T_body_camera);
   const double ratio = std::max(1.0, dt / options_.frame_time);
@@ -205,8 +206,9 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   last_stamp_ = frame.stamp;
   const SE3& T_body_camera = frame.camera.camera.T_body_camera;
   const Expectation at_first = expect(dt, T_body_camera, guess);
-  // An image that is the last one to the bit, while wheels drive, was not taken here.
-  if (frozen && guess && moves(*guess)) {
+  // Nothing is in it, or it is the last one to the bit while wheels drive: it was not taken here,
+  // and what was seen before is what the next one is laid on.
+  if (guess && (!current.any_oriented() || (frozen && moves(*guess)))) {
     T_world_camera_ = T_world_camera_ * at_first.T_prev_curr;
     return as_expected(at_first, T_body_camera);
   }

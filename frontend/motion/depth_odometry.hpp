@@ -6,6 +6,7 @@
 
 #include <lamina/frontend/motion/depth_blocks.hpp>
 #include <lamina/frontend/motion/match_quality.hpp>
+#include <lamina/frontend/motion/motion_limits.hpp>
 #include <lamina/frontend/motion/scan_odometry.hpp>
 
 namespace lamina {
@@ -30,6 +31,7 @@ struct DepthOdometryOptions {
   /// one where a wheel that slips may take a body: turned, and moved by no more than half the track
   /// (m) times the turn.
   double observed_chi_squared = 25, half_track = 0.5;
+  MotionLimits limits;       ///< of the motion before, which the other place must keep, too
   double slide_gain = 0.02;  ///< likewise, for a place along a direction that is open
   int key_frames = 4;        ///< kept; the latest and the oldest that still overlaps are matched
   double key_overlap = 0.7;  ///< fraction of matched blocks below which a key frame is taken
@@ -148,6 +150,9 @@ class DepthOdometry {
                          const SE3& T_prev_curr) const;
   void align(const DepthBlocks& current, const SE3& predicted, const Matrix6d& prior,
              Alignment& alignment, int coarse_iterations, int fine_iterations) const;
+  /// An image laid there would have the body leave its motion as no robot can, beside wheels that
+  /// go on with it (MotionLimits).
+  bool breaks_off(const Expectation& expected, const SE3& T_world_camera) const;
   /// Of other starts (T_world_camera) the best, if it is clearly better than the alignment.
   std::optional<SE3> search(const DepthBlocks& current, const Expectation& expected,
                             const SE3& T_body_camera, const std::vector<SE3>& starts,

@@ -12,6 +12,7 @@ namespace lamina {
 struct DepthOdometry::Expectation {
   SE3 T_prev_curr;
   Matrix6d covariance = Matrix6d::Zero(), information = Matrix6d::Zero();
+  double dt = 0;                              ///< s since the last image
   double sigma_velocity = 0, sigma_turn = 0;  ///< m, rad: where nothing but the last motion tells
   SE3 T_going_on;                             ///< T_prev_curr if the last motion goes on
   SE3 T_body_camera;

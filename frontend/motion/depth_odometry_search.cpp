@@ -43,6 +43,17 @@ bool DepthOdometry::explains(const DepthBlocks& current, const SE3& T_world_came
                             surface_variance()}) > options_.explained;
 }
 
+bool DepthOdometry::breaks_off(const Expectation& e, const SE3& T_world_camera) const {
+  const auto body_step = [&](const SE3& T_prev_curr_camera) {
+    return planar_part(e.T_body_camera * T_prev_curr_camera * e.T_body_camera.inverse());
+  };
+  const PlanarPose by_wheels = body_step(e.T_prev_curr), going_on = body_step(e.T_going_on);
+  if (!e.by_wheels || options_.limits.wheels_stand(by_wheels)) return false;
+  const PlanarPose found = body_step(T_world_camera_.inverse() * T_world_camera);
+  return options_.limits.leaps(found, by_wheels, going_on, e.dt) ||
+         options_.limits.spins(found, by_wheels, going_on, e.dt);
+}
+
 std::optional<SE3> DepthOdometry::search(const DepthBlocks& current, const Expectation& e,
                                          const SE3& T_body_camera, const std::vector<SE3>& starts,
                                          const Alignment& a) const {
@@ -64,6 +75,7 @@ std::optional<SE3> DepthOdometry::search(const DepthBlocks& current, const Expec
     if (gained <= best) continue;
     if (!e.by_wheels) gained = std::min(gained, fit(current, tried.T_world_camera) - as_it_is);
     if (gained <= best || (e.by_wheels && !slipped(a, tried, T_body_camera))) continue;
+    if (breaks_off(e, tried.T_world_camera)) continue;
     best = gained;
     better = start;
   }
@@ -166,7 +178,7 @@ bool DepthOdometry::overrule(const DepthBlocks& current, Expectation& e, Alignme
           options_.fine_iterations);
     const AcrossFloor way = across(other);
     if (!(way.sigmas_squared > options_.observed_chi_squared)) continue;
-    if (!explains(current, other.T_world_camera)) continue;
+    if (breaks_off(e, other.T_world_camera) || !explains(current, other.T_world_camera)) continue;
     // Wheels say nothing of a body that tilts.
     double gained = gain(current, other.T_world_camera * SE3::exp(way.d), other.T_world_camera);
     if (in_noise)

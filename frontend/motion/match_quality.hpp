@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <optional>
 #include <vector>
 
+#include <lamina/models/content_hash.hpp>
 #include <lamina/models/timestamp.hpp>
 
 namespace lamina {
@@ -25,14 +25,7 @@ class UsualFit {
   /// sensor is frozen and tells nothing of the motion (or it is without noise, and stands still).
   template <class T>
   bool repeated(const std::vector<T>& values) {
-    std::uint64_t sum = 0xcbf29ce484222325ULL;  // FNV-1a over words
-    const std::size_t bytes = values.size() * sizeof(T);
-    for (std::size_t i = 0; i < bytes; i += sizeof sum) {
-      std::uint64_t word = 0;
-      const void* from = values.data() + i / sizeof(T);
-      std::memcpy(&word, from, std::min(sizeof word, bytes - i));
-      sum = (sum ^ word) * 0x100000001b3ULL;
-    }
+    const std::uint64_t sum = content_hash(values);
     const bool same = sum_ == sum;
     sum_ = sum;
     return same;

@@ -96,11 +96,11 @@ GoingOn constant_velocity(double dt, double last_interval, const PlanarPose& ste
           std::abs(dt - last_interval) < 0.2 * dt};
 }
 
-// Nothing from a scanner that does not lie in the body's plane.
 // Chi-squared of 3 degrees of freedom, 1 %: wheels say more than their noise. A scan that is the
 // last one to the bit, while they drive, was not taken where they are.
 constexpr double kClear = 11.3;
 
+// Nothing from a scanner that does not lie in the body's plane.
 std::vector<OrientedPoint> points_in_plane(const LaserScan& scan,
                                            const ScanOdometryOptions& options) {
   const Eigen::Vector3d z_body = scan.lidar.T_body_lidar.so3() * Eigen::Vector3d::UnitZ();
@@ -186,11 +186,10 @@ ScanOdometry::Prediction ScanOdometry::predict(const std::optional<MotionGuess>&
   // A body that was tracked goes on but for what accelerations make of it in the time.
   double sigma = options_.sigma_velocity, sigma_turn = options_.sigma_turn;
   if (observed_ && last_interval_ > 0) {
+    const MotionLimits& limits = options_.limits;
     const double half_square = 0.5 * last_interval_ * last_interval_;
-    sigma =
-        std::min(sigma, std::max(options_.least_leap, options_.most_acceleration * half_square));
-    sigma_turn =
-        std::min(sigma_turn, std::max(options_.least_spin, options_.most_spin * half_square));
+    sigma = std::min(sigma, std::max(limits.least_leap, limits.most_acceleration * half_square));
+    sigma_turn = std::min(sigma_turn, std::max(limits.least_spin, limits.most_spin * half_square));
   }
   return {velocity_, squares(sigma, sigma_turn).asDiagonal()};
 }

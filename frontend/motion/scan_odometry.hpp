@@ -8,6 +8,7 @@
 #include <lamina/frontend/motion/likelihood_grid.hpp>
 #include <lamina/frontend/motion/line_matcher.hpp>
 #include <lamina/frontend/motion/match_quality.hpp>
+#include <lamina/frontend/motion/motion_limits.hpp>
 #include <lamina/frontend/motion/observability.hpp>
 #include <lamina/frontend/motion/scan_points.hpp>
 #include <lamina/frontend/motion/slip_detector.hpp>
@@ -30,10 +31,9 @@ struct ScanOdometryOptions {
   /// A match that is farther from the wheels' motion than this (3 dof) and finds less of the scan
   /// than `sure_matched` is searched for, too.
   double contradiction_chi_squared = 100, sure_matched = 0.9;
-  /// A match that contradicts the wheels like that and leaps from the motion before, by more than
-  /// this (m, rad) and this acceleration (m/s^2, rad/s^2), while wheels go on (by this share of
-  /// it), is not believed; nor is one that explains the scan for no less than slipping costs.
-  double least_leap = 0.03, most_acceleration = 5, least_spin = 0.1, most_spin = 10, steady = 0.33;
+  /// A match that contradicts the wheels like that and breaks these limits is not believed; nor is
+  /// one that explains the scan for no less than slipping costs.
+  MotionLimits limits;
   /// Intervals longer or shorter than the last one by this factor say nothing of its speed.
   double alike = 2.5;
   /// Wheels' word counts for less the more sigmas scans contradict it by (PlanarPrior::robust).

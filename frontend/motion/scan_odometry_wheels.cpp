@@ -8,9 +8,6 @@
 namespace lamina {
 namespace {
 
-// Below, wheels stand.
-constexpr double kStands = 1e-3;  // m
-
 // How far a match is from a prior, by the noise of both: e' (A^-1 + P^-1)^-1 e. What the scan does
 // not tell (A without rank) adds nothing.
 double against(const LineMatch& match, const PlanarPrior& prior) {
@@ -29,7 +26,7 @@ void ScanOdometry::check_match(const PlanarPrior& wheels, const Prediction& pred
                                const Eigen::Vector2d& scanner, LineMatch& match) {
   constexpr double kClear = 11.3, kMargin = 0.15;  // 3 dof, 1 %; m
   constexpr double kMost = 0.3;  // of the scan: more is a place that was taken for another
-  const bool stands = prediction.T_prev_curr.translation().norm() < kStands;
+  const bool stands = prediction.T_prev_curr.translation().norm() < options_.limits.stands;
   if (map_.empty() || stands || !(contradiction(match, prediction) >= kClear)) return;
   std::vector<SightFan> fans;
   for (const KeyScan& key : key_scans_) {
@@ -62,21 +59,12 @@ void ScanOdometry::hold_to_wheels(const PlanarPrior& wheels, const Prediction& p
                                   const GoingOn& before, LineMatch& match) const {
   if (map_.empty() || contradiction(match, prediction) < options_.contradiction_chi_squared) return;
   // Wheels that stand do not go on: they may not be counted, and a robot that stands does not tip.
-  const PlanarPose& counted = prediction.T_prev_curr;  // a radian counts as a metre
-  if (std::hypot(counted.translation().norm(), counted.yaw) < kStands) return;
-  const auto from_before = [&](const PlanarPose& T_map_scan) {
-    return before.motion.inverse() * (T_local_body_.inverse() * T_map_scan);
-  };
-  const PlanarPose found = from_before(match.T_map_scan),
-                   by_wheels = from_before(wheels.T_map_scan);
-  const double leap = found.translation().norm(), turn = std::abs(found.yaw);
-  const double square = before.dt * before.dt, wheels_leap = by_wheels.translation().norm();
-  const double most_leap = options_.most_acceleration * square;
-  const double most_turn = options_.most_spin * square;
-  const bool leaps = before.even && wheels_leap <= options_.steady * leap &&
-                     leap >= options_.least_leap + most_leap;
-  const bool spins =
-      turn >= options_.least_spin + most_turn && std::abs(by_wheels.yaw) <= options_.steady * turn;
+  const MotionLimits& limits = options_.limits;
+  const PlanarPose& counted = prediction.T_prev_curr;
+  if (limits.wheels_stand(counted)) return;
+  const PlanarPose found = T_local_body_.inverse() * match.T_map_scan;
+  const bool leaps = before.even && limits.leaps(found, counted, before.motion, before.dt);
+  const bool spins = limits.spins(found, counted, before.motion, before.dt);
   constexpr double kFirm = 1e4;  // times the wheels' information
   PlanarPrior firm = wheels;
   firm.information *= kFirm;
@@ -117,7 +105,7 @@ void ScanOdometry::compare(const std::optional<MotionGuess>& wheels, const LineM
                            bool lost) {
   if (!wheels || lost || match.unknown_directions > 0) return slip_detector_.forget();
   const PlanarPose by_wheels = planar_part(wheels->T_prev_curr_body);
-  if (by_wheels.translation().norm() < kStands) return slip_detector_.forget();
+  if (by_wheels.translation().norm() < options_.limits.stands) return slip_detector_.forget();
   const Eigen::Vector2d ahead = by_wheels.translation().normalized();  // in the previous body
   const PlanarPose step = T_local_body_.inverse() * match.T_map_scan;
   Eigen::Vector3d u = Eigen::Vector3d::Zero();  // in the tangent of the current one
@@ -136,9 +124,9 @@ bool ScanOdometry::wheels_go_on(const MotionGuess& wheels, double dt,
   const PlanarPose step = planar_part(wheels.T_prev_curr_body);
   const Eigen::Vector2d now = step.translation() / dt;
   const Eigen::Vector2d before = velocity_.translation() / interval_before;
-  if (step.translation().norm() < kStands) return false;
+  if (step.translation().norm() < options_.limits.stands) return false;
   const double turned = std::abs(step.yaw - velocity_.yaw * dt / interval_before);
-  return (now - before).norm() < options_.steady * now.norm() &&
+  return (now - before).norm() < options_.limits.steady * now.norm() &&
          turned < kLeastTurn + kTurning * dt * dt;
 }
 

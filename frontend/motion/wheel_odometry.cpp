@@ -92,9 +92,8 @@ std::optional<Increment> WheelTrack::between(Timestamp from, Timestamp to) const
     sum.T_from_to = sum.T_from_to * T;
     last = next;
   };
-  for (const Odometry& sample : samples_) {
-    if (sample.stamp > from && sample.stamp < to) step(sample);
-  }
+  for (auto next = first_after(from); next != samples_.end() && next->stamp < to; ++next)
+    step(*next);
   step({to, *end});
   // No robot: a frame that was set anew, a counter that ran over.
   constexpr double kFarthest = 50, kFastest = 50;  // m, m/s
@@ -114,17 +113,23 @@ std::optional<Vector6d> WheelTrack::velocity(Timestamp from, Timestamp to) const
   return Vector6d((T_begin->inverse() * *T_end).log() / (end - begin));
 }
 
+std::deque<Odometry>::const_iterator WheelTrack::first_after(Timestamp stamp) const {
+  return std::upper_bound(
+      samples_.begin(), samples_.end(), stamp,
+      [](Timestamp time, const Odometry& sample) { return time < sample.stamp; });
+}
+
 bool WheelTrack::restarted_within(Timestamp from, Timestamp to) const {
-  return std::any_of(samples_.begin(), samples_.end(), [&](const Odometry& sample) {
-    return sample.restarted && sample.stamp > from && sample.stamp <= to;
-  });
+  const auto end = first_after(to);
+  return std::any_of(first_after(from), std::max(end, first_after(from)),
+                     [](const Odometry& sample) { return sample.restarted; });
 }
 
 bool WheelTrack::several_within(Timestamp from, Timestamp to) const {
-  const auto within = [&](const Odometry& sample) {
-    return sample.stamp > from && sample.stamp < to;
-  };
-  return std::count_if(samples_.begin(), samples_.end(), within) > 1;
+  auto next = first_after(from);
+  int count = 0;
+  while (count < 2 && next != samples_.end() && next->stamp < to) ++next, ++count;
+  return count > 1;
 }
 
 void WheelTrack::forget_before(Timestamp stamp) {

@@ -59,6 +59,7 @@ class WheelTrack {
 
  private:
   bool hole(const Odometry& before, const Odometry& after) const;
+  std::deque<Odometry>::const_iterator first_after(Timestamp stamp) const;
   bool restarted_within(Timestamp from, Timestamp to) const;
 
   OdometryModel model_;

@@ -74,9 +74,10 @@ std::optional<MountingCorrection> by_travel(const MountingError& error) {
   return MountingCorrection{{0, 0, -found->value}, Eigen::Vector3d::Zero()};
 }
 
-// The place that turns tell, where it stands out.
+// The place that turns tell, where it stands out from what is known of the wheels' middle: tyres,
+// load and slip move the point that a body turns about by some centimetres.
 std::optional<MountingError::Place> by_turns(const MountingError& error) {
-  constexpr double kLeast = 0.005;  // m: wheels turn about no finer a point
+  constexpr double kLeast = 0.05;  // m
   auto found = error.place();
   if (!found || !found->adoption.adopted || found->value.norm() < kLeast) return std::nullopt;
   return found;

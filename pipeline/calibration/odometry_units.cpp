@@ -78,7 +78,7 @@ std::vector<Piece> pieces_of(const OpenInUnits& open, const OdometryUnits& units
     piece.images = piece.images * motion.T_prev_curr_body;
     piece.wheels = piece.wheels * (moved ? moved->T_from_to : SE3());
     piece.covariance += covariance_of(motion);
-    if (piece.measured && !piece.whole()) continue;
+    if (!piece.whole()) continue;
     pieces.push_back(piece);
     piece = Piece();
   }

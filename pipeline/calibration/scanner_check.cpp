@@ -256,7 +256,6 @@ ScannerCheck::Found ScannerCheck::found_all_along() const {
   result.cost = result.cost_stated = cost(stated, {});
   result.pairs = pairs_.size();
   const auto ratio = turn_ratio(stated);
-  result.turn_ratio = ratio.value_or(1);
   if (!(result.cost_stated > options_.least_gain)) return result;
   double least = result.cost_stated;
   const auto try_all = [&](const std::vector<Matched>& pairs, double aperture) {

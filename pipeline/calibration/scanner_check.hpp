@@ -66,7 +66,6 @@ class ScannerCheck {
     ScanCorrection correction;         ///< with stretches as fine as the turns are
     double cost_stated = 0, cost = 0;  ///< sums over the pairs
     std::size_t pairs = 0;
-    double turn_ratio = 1;  ///< of scans as stated over wheels, median
     /// Where the beams' order changes: between these stamps each.
     std::vector<Between> changes;
     Fan fan = {};  ///< whose beams correction.own counts

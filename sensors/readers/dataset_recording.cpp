@@ -73,27 +73,17 @@ void DatasetRecording::warn_of_empty_files() {
 void DatasetRecording::take(const std::vector<Warning>& warnings,
                             const std::vector<std::string>& remarks,
                             const std::map<Timestamp, Timestamp>& recorded) {
-  for (const Warning& warning : warnings) {
-    const auto same = std::find_if(warnings_.begin(), warnings_.end(),
-                                   [&](const Warning& other) { return other.id == warning.id; });
-    if (same != warnings_.end()) same->text += "; " + warning.text;
-    if (same == warnings_.end()) warnings_.push_back(warning);
-  }
+  add_warnings(warnings_, warnings);
   remarks_.insert(remarks_.end(), remarks.begin(), remarks.end());
   restamped_.insert(recorded.begin(), recorded.end());
 }
 
 std::map<Timestamp, Timestamp> DatasetRecording::restamped() const {
-  if (restamped_.empty()) return {};
-  std::optional<Timestamp> last;
+  std::vector<Timestamp> frames;
   for (const Item& item : items_) {
-    if (item.stream <= Stream::kOdometry) continue;
-    const auto found = restamped_.find(item.stamp);
-    const Timestamp recorded = found == restamped_.end() ? item.stamp : found->second;
-    if (last && recorded <= *last) return {};
-    last = recorded;
+    if (item.stream > Stream::kOdometry) frames.push_back(item.stamp);
   }
-  return restamped_;
+  return where_increasing(restamped_, frames);
 }
 
 void DatasetRecording::read_poses() {

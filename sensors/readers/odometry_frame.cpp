@@ -114,7 +114,7 @@ std::optional<Warning> right_hand(Samples& samples, const OdometryFrameOptions& 
                 "odometry.txt: its positions turn the other way than its headings (by %.2f of "
                 "them): x and y are swapped, or one has the wrong sign. Positions were mirrored; "
                 "if headings are what is wrong, the map is a mirror image",
-                hand.sign());
+                -hand.sign());
   return Warning{"odometry_axes", text};
 }
 

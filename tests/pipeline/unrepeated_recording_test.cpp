@@ -67,6 +67,21 @@ TEST(UnrepeatedRecording, EmptiesWhatRepeatsWhileTheOdometryMoves) {
   EXPECT_NE(counts.warnings[0].text.find("0.20 m"), std::string::npos);
 }
 
+// Scans of both come in turn, so that none holds what the one before it held.
+TEST(UnrepeatedRecording, OneOfTwoScannersThatHangsIsFound) {
+  std::vector<Measurement> all;
+  for (const Measurement& m : hung(0.05)) {
+    all.push_back(m);
+    if (const auto* s = std::get_if<LaserScan>(&m)) {
+      LaserScan behind = *s;
+      behind.lidar.T_body_lidar = SE3::planar(-0.3, 0, M_PI);
+      behind.ranges[1] = 3 + 0.01F * static_cast<float>(all.size());
+      all.push_back(behind);
+    }
+  }
+  EXPECT_EQ(emptied(all).scans, 4);
+}
+
 TEST(UnrepeatedRecording, ARobotThatStandsSeesTheSame) {
   const Emptied counts = emptied(hung(0.0005));
   EXPECT_EQ(counts.scans + counts.images, 0);

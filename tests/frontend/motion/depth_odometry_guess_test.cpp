@@ -49,6 +49,45 @@ TEST(DepthOdometry, AnImageThatRepeatsItselfWhileWheelsDriveTellsNothing) {
   EXPECT_LT((step.inverse() * motion.T_prev_curr_body).log().norm(), 1e-9);
 }
 
+// A lens that is covered for a moment, or an image that was left out.
+TEST(DepthOdometry, AfterAnEmptyImageWhatWasSeenBeforeIsMatched) {
+  Camera camera;
+  DepthOdometry odometry;
+  const SE3 step = SE3::planar(0.1, 0, 0);
+  const MotionGuess guess{step, increment_covariance(OdometryModel(), step)};
+  odometry.process(camera.see(room(), SE3(), 0), guess);
+  DepthFrame empty = camera.see(room(), step, 0.2);
+  std::fill(empty.raw.begin(), empty.raw.end(), std::uint16_t{0});
+  EXPECT_EQ(odometry.process(empty, guess).status, ScanMotion::Status::kPredicted);
+  const DepthMotion next = odometry.process(camera.see(room(), step * step, 0.4), guess);
+  EXPECT_EQ(next.status, ScanMotion::Status::kTracked);
+}
+
+// One image fits turned by 40 degrees, and shifted by a metre, while wheels go on as before.
+TEST(DepthOdometry, AMatchThatNoRobotCanFollowIsNotBelievedAgainstWheelsThatGoOn) {
+  const auto farthest = [](const MotionLimits& limits, const SE3& off) {
+    DepthOdometryOptions options;
+    options.limits = limits;
+    DepthOdometry odometry(options);
+    Camera camera;
+    const SE3 step = SE3::planar(0.05, 0, 0);
+    const MotionGuess guess{step, 1e-5 * Matrix6d::Identity()};
+    double most = 0;
+    for (int i = 0; i < 6; ++i) {
+      const SE3 T = SE3::planar(-1 + 0.05 * i, 0, 0);
+      const DepthMotion m =
+          odometry.process(camera.see(room(), i == 5 ? T * off : T, 0.1 * i), guess);
+      if (i > 0) most = std::max(most, (step.inverse() * m.T_prev_curr_body).log().norm());
+    }
+    return most;
+  };
+  const MotionLimits none{1e9, 0, 1e9, 0};
+  for (const SE3& off : {SE3::planar(0, 0, 0.35), SE3::planar(0.35, 0, 0)}) {
+    EXPECT_GT(farthest(none, off), 0.25);
+    EXPECT_LT(farthest({}, off), 0.05);
+  }
+}
+
 constexpr int kImages = 8;
 
 struct Followed {

@@ -142,7 +142,7 @@ TEST(ScanOdometry, WayAlongACorridorStaysTheWheelsWhereTheScanOverrulesTheirHead
 TEST(ScanOdometry, WhatRunsAheadDoesNotMakeARobotLeap) {
   const auto driven = [](double most_acceleration) {
     ScanOdometryOptions options;
-    options.most_acceleration = most_acceleration;
+    options.limits.most_acceleration = most_acceleration;
     ScanOdometry odometry(options);
     Scanner scanner;
     SE3 T;
@@ -157,7 +157,7 @@ TEST(ScanOdometry, WhatRunsAheadDoesNotMakeARobotLeap) {
     }
     return T.translation().x();
   };
-  EXPECT_NEAR(driven(ScanOdometryOptions().most_acceleration), 2.4, 0.05);
+  EXPECT_NEAR(driven(ScanOdometryOptions().limits.most_acceleration), 2.4, 0.05);
   EXPECT_LT(driven(1e9), 1);  // led by it
 }
 
@@ -166,7 +166,7 @@ TEST(ScanOdometry, WhatRunsAheadDoesNotMakeARobotLeap) {
 TEST(ScanOdometry, AMatchThatSpinsTheRobotAtOnceIsNotBelievedAgainstWheelsThatGoOn) {
   const auto turned = [](double least_spin) {
     ScanOdometryOptions options;
-    options.least_spin = least_spin;
+    options.limits.least_spin = least_spin;
     ScanOdometry odometry(options);
     Scanner scanner;
     SE3 T;
@@ -181,7 +181,7 @@ TEST(ScanOdometry, AMatchThatSpinsTheRobotAtOnceIsNotBelievedAgainstWheelsThatGo
     }
     return T.so3().yaw();
   };
-  EXPECT_NEAR(turned(ScanOdometryOptions().least_spin), 0, 0.1);
+  EXPECT_NEAR(turned(ScanOdometryOptions().limits.least_spin), 0, 0.1);
   EXPECT_NEAR(turned(1e9), 0.5, 0.1);
 }
 
