@@ -98,8 +98,8 @@ void correct_steps(Run& run, Gathered& all, ExtrinsicsUncertainty& uncertainty,
   if (settings.calibrate_mountings && !ended())
     uncertainty.update(correct_mountings(steps, all.loops, wheels, metrics));
   if (settings.calibrate_wheels && wheels && !ended()) {
-    const auto sigmas =
-        correct_wheels(steps, options, settings.calibrate_mountings, metrics, ended);
+    const auto sigmas = correct_wheels(steps, run.recording->calibration(), options,
+                                       settings.calibrate_mountings, metrics, ended);
     if (sigmas) run.record.wheel_path.know(*sigmas);
   }
   if (!run.open_again) return;

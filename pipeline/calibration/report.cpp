@@ -8,9 +8,11 @@
 #include <cmath>
 
 #include <lamina/models/error.hpp>
+#include <lamina/models/median.hpp>
 #include <lamina/pipeline/calibration/calibration_report.hpp>
 #include <lamina/pipeline/calibration/camera/image_turns.hpp>
 #include <lamina/pipeline/calibration/extrinsics.hpp>
+#include <lamina/pipeline/calibration/floor_below.hpp>
 #include <lamina/pipeline/calibration/ground_lean.hpp>
 #include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/pipeline/calibration/slope_refinement.hpp>
@@ -85,7 +87,38 @@ void follow_level_scans(Recording& recording, const ScanOdometryOptions& options
 
 }  // namespace
 
-std::optional<Eigen::Vector3d> correct_wheels(std::vector<Step>& steps,
+namespace {
+
+// Images that have the way longer than wheels and the floor as much lower than their camera's
+// stated height: one wrong depth explains both.
+std::optional<Warning> wrong_depth(const std::vector<Step>& steps, const Calibration& stated,
+                                   double way_ratio) {
+  constexpr double kLevel = 10 * kDegree, kSame = 0.03;
+  std::vector<double> heights;
+  for (const Step& step : steps) {
+    const SE3 T_levelled_camera = step.T_body_levelled.inverse() * step.observations.T_body_sensor;
+    if (const auto floor = floor_below(step, T_levelled_camera.so3(), kLevel))
+      heights.push_back(-floor->rho());
+  }
+  const CameraModel* camera = stated.depth_camera    ? &stated.depth_camera->camera
+                              : stated.stereo_camera ? &stated.stereo_camera->camera
+                                                     : nullptr;
+  const double stated_height = camera ? camera->T_body_camera.translation().z() : 0;
+  if (heights.empty() || !(stated_height > 0)) return std::nullopt;
+  const double height = median(heights);
+  if (std::abs(height / stated_height / way_ratio - 1) > kSame) return std::nullopt;
+  return Warning{
+      "depth_scale",
+      fmt::format("depths are {:.3f} times the true ones: the floor lies {:.3f} m below the camera "
+                  "instead of the {:.3f} m of its mounting, and images have the way {:.3f} times "
+                  "as long as the wheels. Wheels were left as they are, walls stand as much too "
+                  "far: divide depths by that (depth_scale, or baseline or fx of a stereo camera)",
+                  height / stated_height, height, stated_height, way_ratio)};
+}
+
+}  // namespace
+
+std::optional<Eigen::Vector3d> correct_wheels(std::vector<Step>& steps, const Calibration& stated,
                                               const MapperOptions& options, bool remounting,
                                               Diagnostics& metrics,
                                               const std::function<bool()>& ended) {
@@ -97,8 +130,8 @@ std::optional<Eigen::Vector3d> correct_wheels(std::vector<Step>& steps,
   const WheelErrors::Vector sigma = found->errors.covariance.diagonal().cwiseSqrt();
   const double turned = found->cameras.rotation_body.z() / kDegree;
   const Eigen::Vector2d cm = 100 * found->cameras.translation_body.head<2>();
-  const auto tell_one = [&](const char* parameter, double stated, int k, double unit) {
-    const Estimate one{parameter, stated, stated + value(k) / unit, sigma(k) / unit,
+  const auto tell_one = [&](const char* parameter, double nominal, int k, double unit) {
+    const Estimate one{parameter, nominal, nominal + value(k) / unit, sigma(k) / unit,
                        found->adoption};
     report(one, metrics);
   };
@@ -107,12 +140,18 @@ std::optional<Eigen::Vector3d> correct_wheels(std::vector<Step>& steps,
   tell_one("odometry.turn_scale", 1, 2, 1);
   tell_one("camera.yaw_error_deg", 0, 3, kDegree);
   if (!found->adoption.adopted) return std::nullopt;
-  if (std::abs(value(0)) > WheelScale::kBound)
+  if (std::abs(value(0)) > 4 * WheelScale::kPrior) {
+    if (const auto depth = wrong_depth(steps, stated, 1 + value(0))) {
+      metrics.warn(depth->id, depth->text);
+      for (CalibrationEntry& entry : metrics.calibration)
+        if (entry.parameter.rfind("odometry.", 0) == 0) entry.adopted = false;
+      return std::nullopt;
+    }
     metrics.warn("wheel_scale",
-                 fmt::format("images have the way {:.0f} % longer than the wheels: no "
-                             "wheel is worn so far, check units and odometry; "
-                             "corrected, as nothing else tells the way",
+                 fmt::format("images have the way {:.0f} % longer than the wheels: check units, "
+                             "wheels and depth_scale; corrected, as nothing else tells the way",
                              100 * value(0)));
+  }
   metrics.counts.wheel_scale_correction = value(0);
   metrics.counts.wheel_drift_correction_deg_per_m = value(1) / kDegree;
   metrics.counts.wheel_turn_correction = value(2);

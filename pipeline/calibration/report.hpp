@@ -15,8 +15,10 @@
 namespace lamina {
 
 /// calibrate_wheels() where there are no scans, with its corrections in the log and among the
-/// counts of `metrics`. Sigmas of scale, drift (rad/m) and turn scale where they were corrected.
-std::optional<Eigen::Vector3d> correct_wheels(std::vector<Step>& steps,
+/// counts of `metrics`. Images that have the way longer than wheels by more than wheels wear is a
+/// warning; where the floor lies as much below `stated`'s camera, of depths, and wheels stay.
+/// Sigmas of scale, drift (rad/m) and turn scale where they were corrected.
+std::optional<Eigen::Vector3d> correct_wheels(std::vector<Step>& steps, const Calibration& stated,
                                               const MapperOptions& options, bool remounting,
                                               Diagnostics& metrics,
                                               const std::function<bool()>& ended);

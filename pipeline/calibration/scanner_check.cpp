@@ -170,8 +170,8 @@ std::optional<double> ScannerCheck::turn_ratio(const std::vector<Matched>& pairs
   if (ratios.size() < options_.least_pairs) return std::nullopt;
   const double middle = median(ratios);
   for (double& ratio : ratios) ratio = std::abs(ratio - middle);
-  return median(ratios) < options_.least_aperture * std::abs(middle) ? std::optional(middle)
-                                                                     : std::nullopt;
+  return median(ratios) < options_.turn_spread * std::abs(middle) ? std::optional(middle)
+                                                                  : std::nullopt;
 }
 
 // The direction that most ways agree on.
@@ -250,42 +250,73 @@ void ScannerCheck::try_elsewhere(const std::vector<Matched>& pairs, Found& resul
   result.correction = elsewhere;
 }
 
-ScannerCheck::Found ScannerCheck::found_all_along() const {
-  const std::vector<Matched> stated = match_all(pairs_, {});
-  Found result;
-  result.cost = result.cost_stated = cost(stated, {});
-  result.pairs = pairs_.size();
-  const auto ratio = turn_ratio(stated);
-  if (!(result.cost_stated > options_.least_gain)) return result;
-  double least = result.cost_stated;
-  const auto try_all = [&](const std::vector<Matched>& pairs, double aperture) {
-    for (const bool mirrored : {false, true}) {
-      for (const double yaw : {0.0, heading(pairs, mirrored)}) {
-        const ScanCorrection hypothesis{aperture, mirrored, yaw};
-        const int parts = (aperture != 1) + mirrored + (yaw != 0);
-        const double sum = cost(pairs, hypothesis);
-        if (!(sum + parts * options_.simpler < least)) continue;
-        least = sum + parts * options_.simpler;
-        result.cost = sum;
-        result.correction = hypothesis;
-      }
-    }
-  };
-  try_all(stated, 1);
-  if (ratio && std::abs(std::abs(*ratio) - 1) > options_.least_aperture) {
-    // Scans drawn too wide or too narrow bend, and so do their turns: twice is near enough.
-    double aperture = aperture_for(*ratio);
-    std::vector<Matched> other = match_all(pairs_, {aperture, false, 0});
-    if (const auto left = turn_ratio(other)) {
-      aperture = aperture_for(std::abs(*left) / aperture);
-      other = match_all(pairs_, {aperture, false, 0});
-    }
-    if (total_misfit(other) < total_misfit(stated)) try_all(other, aperture);
+bool ScannerCheck::turns_are_reversed(const std::vector<Matched>& pairs) const {
+  std::size_t turns = 0, against = 0;
+  for (const Matched& pair : pairs) {
+    if (!pair.known || std::abs(pair.wheels.yaw) < options_.turning) continue;
+    ++turns;
+    against += pair.scans.yaw * pair.wheels.yaw < 0;
   }
-  if (result.correction.aperture == 1) try_elsewhere(stated, result);
-  const bool clear = result.gain() >= options_.least_gain &&
-                     result.cost <= options_.most_ratio * result.cost_stated;
-  if (!clear) result.correction = {};
+  return turns >= options_.least_pairs &&
+         static_cast<double>(against) >= options_.turns_against * static_cast<double>(turns);
+}
+
+// The way scans turn says where to look, how well they fit each other whether it is there: drawn
+// too wide or too narrow they bend.
+std::optional<double> ScannerCheck::fitting_aperture(const std::vector<Matched>& stated) const {
+  const auto ratio = turn_ratio(stated);
+  if (!ratio || std::abs(std::abs(*ratio) - 1) <= options_.least_aperture) return std::nullopt;
+  const auto matched = [&](double aperture) { return match_all(pairs_, {aperture, false, 0}); };
+  // Turns of bent scans bend, too: twice is near enough.
+  double aperture = aperture_for(*ratio);
+  std::vector<Matched> other = matched(aperture);
+  if (const auto left = turn_ratio(other)) {
+    aperture = aperture_for(std::abs(*left) / aperture);
+    other = matched(aperture);
+  }
+  const double most = options_.most_misfit * total_misfit(stated), middle = total_misfit(other);
+  // Wheels, too, turn by some per cent too much: the vertex of a parabola through three misfits.
+  const double step = options_.least_aperture;
+  const double less = total_misfit(matched(aperture * (1 - step))),
+               more = total_misfit(matched(aperture * (1 + step)));
+  const double bend = less + more - 2 * middle;
+  if (bend > 0) aperture *= 1 + step * std::clamp(0.5 * (less - more) / bend, -1.0, 1.0);
+  aperture = aperture_for(1 / aperture);
+  return std::min({less, middle, more}) <= most ? std::optional(aperture) : std::nullopt;
+}
+
+ScannerCheck::Found ScannerCheck::found_all_along() const {
+  std::vector<Matched> pairs = match_all(pairs_, {});
+  Found result;
+  result.cost_stated = cost(pairs, {});
+  result.pairs = pairs_.size();
+  ScanCorrection settled;
+  if (const auto aperture = fitting_aperture(pairs)) {
+    settled.aperture = *aperture;
+    pairs = match_all(pairs_, settled);
+  }
+  settled.mirrored = turns_are_reversed(pairs);
+  const double before = cost(pairs, settled);
+  result.correction = settled;
+  result.cost = before;
+  if (!(before > options_.least_gain)) return result;
+  double least = before;
+  for (const bool mirrored : {false, true}) {
+    for (const double yaw : {0.0, heading(pairs, mirrored)}) {
+      const ScanCorrection hypothesis{settled.aperture, mirrored, yaw};
+      const int parts = (mirrored != settled.mirrored) + (yaw != 0);
+      const double sum = cost(pairs, hypothesis);
+      if (!(sum + parts * options_.simpler < least)) continue;
+      least = sum + parts * options_.simpler;
+      result.cost = sum;
+      result.correction = hypothesis;
+    }
+  }
+  try_elsewhere(pairs, result);
+  if (before - result.cost >= options_.least_gain && result.cost <= options_.most_ratio * before)
+    return result;
+  result.correction = settled;
+  result.cost = before;
   return result;
 }
 
@@ -315,9 +346,10 @@ std::optional<ScannerCheck::Found> ScannerCheck::found() const {
   rest.correct(known);
   Found result = rest.found_all_along();
   rest.find_changes(result);
-  if (known.own.empty() && result.correction.misread()) {  // by motions that now are right
-    rest.correct(result.correction);
-    known.own = rest.own();
+  if (result.correction.misread()) {  // by motions that now are right
+    ScannerCheck right = *this;
+    right.correct(result.correction);
+    known.own = right.own();
   }
   result.correction.own = known.own;
   result.fan = {from_->angle_min, from_->angle_increment};

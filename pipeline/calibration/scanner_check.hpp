@@ -32,16 +32,20 @@ struct ScannerCheckOptions {
   double least_yaw = 0.26;       ///< rad: smaller headings are the mounting calibration's
   double least_place = 0.2;      ///< m: smaller offsets are the mounting calibration's
   int place_rounds = 4;          ///< of least squares, without what the last one left off
-  double least_aperture = 0.12;  ///< share: wheels turn no better than that
+  double least_aperture = 0.03;  ///< share: wheels turn no better than that; beyond, scans' own
+  double most_misfit = 0.85;     ///< misfit tells: it falls to this share of what it is as stated
+  double turn_spread = 0.12;     ///< of turns by scans over those by wheels: more is no one ratio
+  double turns_against = 0.9;    ///< share of turns of the other sense that makes a mirror image
   double search_turn = 0.9, search_way = 0.8;  ///< rad, m: where a match is looked for
 };
 
 /// Gathers pairs of scans with the wheels' motion between them, matches each pair by the scans
 /// alone, and scores every hypothesis (as stated; mirrored; another heading; another aperture; and
 /// these together) by one cost: the sum over pairs of min(e' S^-1 e, most_cost), e what the motion
-/// by scans is off the wheels'. A mirror image turns the other way, a scanner of another heading
-/// goes another way, one of another aperture turns by another amount. Where the beams' order
-/// changes on the way, pairs all along show it.
+/// by scans is off the wheels'. A scanner of another heading goes another way. Two are settled
+/// before, whatever else is wrong: a mirror image turns the other way; one of another aperture
+/// turns by another amount, and its scans fit each other worse than with the right one, which needs
+/// no wheels to tell. Where the beams' order changes on the way, pairs all along show it.
 class ScannerCheck {
  public:
   explicit ScannerCheck(const ScannerCheckOptions& options = {}) : options_(options) {}
@@ -107,6 +111,8 @@ class ScannerCheck {
   double cost(const Matched& pair, const ScanCorrection& correction) const;
   double cost(const std::vector<Matched>& pairs, const ScanCorrection& correction) const;
   std::optional<double> turn_ratio(const std::vector<Matched>& pairs) const;
+  bool turns_are_reversed(const std::vector<Matched>& pairs) const;
+  std::optional<double> fitting_aperture(const std::vector<Matched>& stated) const;
   double heading(const std::vector<Matched>& pairs, bool mirrored) const;
   Eigen::Vector2d place(const std::vector<Matched>& pairs, const ScanCorrection& correction) const;
   double aperture_for(double turn_ratio) const;

@@ -6,25 +6,9 @@
 #include <cmath>
 
 #include <lamina/models/median.hpp>
+#include <lamina/pipeline/calibration/floor_below.hpp>
 
 namespace lamina {
-namespace {
-
-// The largest level plane that the camera sees below it, in its frame.
-std::optional<Plane> floor_of(const Step& step, const SO3& R_levelled_camera, double most_tilt) {
-  std::optional<Plane> floor;
-  double largest = 0;
-  for (const PlaneObservation& seen : step.observations.planes) {
-    const Eigen::Vector3d normal = R_levelled_camera * seen.plane_sensor.normal();
-    if (normal.z() < std::cos(most_tilt) || seen.moments_sensor.weight() <= largest) continue;
-    largest = seen.moments_sensor.weight();
-    floor = seen.plane_sensor;
-  }
-  return floor;
-}
-
-}  // namespace
-
 void SensorChanges::Series::add(Timestamp stamp, double value, double length) {
   if (from_.empty() || stamp - from_.back() >= length) {
     if (!from_.empty()) medians_.push_back(median(std::move(block_)));
@@ -53,7 +37,7 @@ void SensorChanges::add_camera(const Step& step) {
   T_start_image_ = step.T_start_body;
   const Timestamp stamp = step.observations.stamp;
   const SE3 T_levelled_camera = step.T_body_levelled.inverse() * step.observations.T_body_sensor;
-  const auto floor = floor_of(step, T_levelled_camera.so3(), options_.level);
+  const auto floor = floor_below(step, T_levelled_camera.so3(), options_.level);
   floors_.add(stamp, floor ? 1 : 0, options_.block);
   if (!floor) return;
   const Eigen::Vector3d& up = floor->normal();  // in the optical frame: y looks down, z ahead
