@@ -152,6 +152,7 @@ std::optional<Eigen::Vector3d> correct_wheels(std::vector<Step>& steps, const Ca
                              "wheels and depth_scale; corrected, as nothing else tells the way",
                              100 * value(0)));
   }
+  apply_correction(steps, *found);
   metrics.counts.wheel_scale_correction = value(0);
   metrics.counts.wheel_drift_correction_deg_per_m = value(1) / kDegree;
   metrics.counts.wheel_turn_correction = value(2);

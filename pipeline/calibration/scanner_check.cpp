@@ -274,13 +274,16 @@ std::optional<double> ScannerCheck::fitting_aperture(const std::vector<Matched>&
     aperture = aperture_for(std::abs(*left) / aperture);
     other = matched(aperture);
   }
-  const double most = options_.most_misfit * total_misfit(stated), middle = total_misfit(other);
+  const bool beyond_wheels = std::abs(std::abs(*ratio) - 1) > options_.turn_spread;
+  const double most = (beyond_wheels ? 1 : options_.most_misfit) * total_misfit(stated);
+  const double middle = total_misfit(other);
   // Wheels, too, turn by some per cent too much: the vertex of a parabola through three misfits.
-  const double step = options_.least_aperture;
+  const double step = 2 * options_.least_aperture;
   const double less = total_misfit(matched(aperture * (1 - step))),
                more = total_misfit(matched(aperture * (1 + step)));
   const double bend = less + more - 2 * middle;
-  if (bend > 0) aperture *= 1 + step * std::clamp(0.5 * (less - more) / bend, -1.0, 1.0);
+  const double vertex = 0.5 * (less - more) / bend;  // in steps
+  if (bend > 0 && std::abs(vertex) < 1) aperture *= 1 + step * vertex;
   aperture = aperture_for(1 / aperture);
   return std::min({less, middle, more}) <= most ? std::optional(aperture) : std::nullopt;
 }

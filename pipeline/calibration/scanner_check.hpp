@@ -23,19 +23,21 @@ struct ScannerCheckOptions {
   /// Wheels against scans, 1-sigma: what a match errs by, and the share of the motion that wheels
   /// of a wrong radius or track are off by.
   double sigma_turn = 0.02, sigma_way = 0.03, sigma_share = 0.1;
-  double most_cost = 16;         ///< of a pair: sigmas squared, beyond it fits nowhere
-  double least_gain = 50;        ///< a hypothesis lowers the sum of costs by this,
-  double most_ratio = 0.35;      ///< and to this share of it
-  double simpler = 10;           ///< cost that each part of a hypothesis has to save
-  double agrees = 4;             ///< cost: a match that begins at the wheels' motion and ends there
-  double least_matched = 0.6;    ///< of a scan, for its match to count
-  double least_yaw = 0.26;       ///< rad: smaller headings are the mounting calibration's
-  double least_place = 0.2;      ///< m: smaller offsets are the mounting calibration's
-  int place_rounds = 4;          ///< of least squares, without what the last one left off
-  double least_aperture = 0.03;  ///< share: wheels turn no better than that; beyond, scans' own
-  double most_misfit = 0.85;     ///< misfit tells: it falls to this share of what it is as stated
-  double turn_spread = 0.12;     ///< of turns by scans over those by wheels: more is no one ratio
-  double turns_against = 0.9;    ///< share of turns of the other sense that makes a mirror image
+  double most_cost = 16;       ///< of a pair: sigmas squared, beyond it fits nowhere
+  double least_gain = 50;      ///< a hypothesis lowers the sum of costs by this,
+  double most_ratio = 0.35;    ///< and to this share of it
+  double simpler = 10;         ///< cost that each part of a hypothesis has to save
+  double agrees = 4;           ///< cost: a match that begins at the wheels' motion and ends there
+  double least_matched = 0.6;  ///< of a scan, for its match to count
+  double least_yaw = 0.26;     ///< rad: smaller headings are the mounting calibration's
+  double least_place = 0.2;    ///< m: smaller offsets are the mounting calibration's
+  int place_rounds = 4;        ///< of least squares, without what the last one left off
+  double least_aperture = 0.015;  ///< share: no scanner's is off by less
+  double most_misfit = 0.93;      ///< of what it is as stated: so well scans fit with another one
+  /// Share that wheels' turns are off by at most. Beyond, any better fit decides; turns by scans
+  /// over those by wheels that scatter by more are no one ratio.
+  double turn_spread = 0.12;
+  double turns_against = 0.75;  ///< share of turns of the other sense that makes a mirror image
   double search_turn = 0.9, search_way = 0.8;  ///< rad, m: where a match is looked for
 };
 

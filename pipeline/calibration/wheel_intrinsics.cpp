@@ -81,7 +81,7 @@ Adoption adoption_of(const std::vector<Step>& steps, const MapperOptions& option
 
 }  // namespace
 
-std::optional<WheelCalibration> calibrate_wheels(std::vector<Step>& steps,
+std::optional<WheelCalibration> calibrate_wheels(const std::vector<Step>& steps,
                                                  const MapperOptions& options, bool remounting,
                                                  const std::function<bool()>& ended) {
   constexpr double kStays = 1;     // chi-squared of what a pass adds
@@ -102,16 +102,17 @@ std::optional<WheelCalibration> calibrate_wheels(std::vector<Step>& steps,
     all = {all.value + more->value, more->covariance};
     if (more->significance() < kStays) break;
   }
-  const MountingCorrection moved = prior.correction(all.value);
-  const Adoption adoption = adoption_of(steps, options, prior, ended);
-  if (!adoption.adopted) return WheelCalibration{all, moved, adoption};
-  Vector of_wheels = all.value;
+  return WheelCalibration{all, prior.correction(all.value),
+                          adoption_of(steps, options, prior, ended)};
+}
+
+void apply_correction(std::vector<Step>& steps, const WheelCalibration& found) {
+  Vector of_wheels = found.errors.value;
   of_wheels.tail<3>().setZero();
   for (std::size_t i = 0; i < steps.size(); ++i) {
     if (i > 0) steps[i].motion.T_from_to = corrected_motion(steps[i], of_wheels);
-    apply_correction(steps[i], moved);
+    apply_correction(steps[i], found.cameras);
   }
-  return WheelCalibration{all, moved, adoption};
 }
 
 }  // namespace lamina

@@ -32,22 +32,23 @@ bool one_kind_of_camera(const std::vector<Step>& steps);
 Graph quick_map(const std::vector<Step>& steps, const WheelErrors::Vector& errors,
                 const MapperOptions& options, const std::function<bool()>& ended);
 
-/// What was wrong with wheels, and what was done to the cameras' mountings.
+/// What is wrong with wheels, and what has to be done to the cameras' mountings.
 struct WheelCalibration {
   WheelErrors errors;
   MountingCorrection cameras;
-  Adoption adoption;  ///< not adopted: steps are as they were
+  Adoption adoption;  ///< by blocks left out (evidence_by_blocks)
 };
 
 /// Maps the steps, estimates scale, drift and turn scale of the wheels, and heading and place of
 /// the cameras against their direction of travel and the point they turn about, with the refined
-/// graph, and goes on with motions so corrected until the estimate stays. Where blocks left out
-/// (evidence_by_blocks) fit better with them, motions and mountings of `steps` are replaced;
-/// nullopt, and steps as they were, where there is nothing to tell. Mountings stay without
-/// `remounting`, and where several kinds of camera share them: who of them errs is not told.
-/// `ended` returning true stops early.
-std::optional<WheelCalibration> calibrate_wheels(std::vector<Step>& steps,
+/// graph, and goes on with motions so corrected until the estimate stays. nullopt where there is
+/// nothing to tell. Mountings stay without `remounting`, and where several kinds of camera share
+/// them: who of them errs is not told. `ended` returning true stops early.
+std::optional<WheelCalibration> calibrate_wheels(const std::vector<Step>& steps,
                                                  const MapperOptions& options, bool remounting,
                                                  const std::function<bool()>& ended);
+
+/// Replaces what wheels told of the motions, and the cameras' mountings.
+void apply_correction(std::vector<Step>& steps, const WheelCalibration& found);
 
 }  // namespace lamina

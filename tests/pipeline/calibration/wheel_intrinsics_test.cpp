@@ -8,6 +8,13 @@
 namespace lamina {
 namespace {
 
+// As a run does it: found, and applied where adopted.
+std::optional<WheelCalibration> corrected(std::vector<Step>& steps, bool remounting) {
+  const auto found = calibrate_wheels(steps, {}, remounting, [] { return false; });
+  if (found && found->adoption.adopted) apply_correction(steps, *found);
+  return found;
+}
+
 // A lap and a half of a room by wheels whose increments must be corrected by `errors`.
 std::vector<Step> steps_with(const WheelErrors::Vector& errors, const made_up::Drive& drive) {
   const auto room = made_up::make_room();
@@ -44,7 +51,7 @@ TEST(WheelCalibration, MotionsComeOutStraight) {
   steps[20].motion_known = false;
   const SE3 guessed = steps[20].motion.T_from_to;
   const double before = heading_error(steps, drive);
-  const auto found = calibrate_wheels(steps, {}, true, [] { return false; });
+  const auto found = corrected(steps, true);
   ASSERT_TRUE(found);
   const WheelErrors* errors = &found->errors;
   EXPECT_NEAR(errors->value(0), 0.02, 0.01);
@@ -69,7 +76,7 @@ TEST(WheelCalibration, CamerasMoveToTheirPlace) {
     for (PlaneObservation& plane : step.observations.planes) plane = seen_from(said, plane);
     step.observations.T_body_sensor = said;
   }
-  const auto found = calibrate_wheels(steps, {}, true, [] { return false; });
+  const auto found = corrected(steps, true);
   ASSERT_TRUE(found);
   const Eigen::Vector3d moved = found->cameras.translation_body;
   EXPECT_LT((moved.head<2>() - off).norm(), 0.015);  // 5 mm of sigma each way
@@ -80,7 +87,7 @@ TEST(WheelCalibration, CamerasMoveToTheirPlace) {
 TEST(WheelCalibration, WithoutRemountingCamerasStay) {
   const made_up::Drive drive(130, 120, 61);
   std::vector<Step> steps = steps_with(WheelErrors::of(0.03, 0.02, 0, 0.04), drive);
-  const auto found = calibrate_wheels(steps, {}, false, [] { return false; });
+  const auto found = corrected(steps, false);
   ASSERT_TRUE(found);
   EXPECT_GT(found->errors.value(0), 0.01);
   EXPECT_LT(steps[5].observations.T_body_sensor.log().norm(), 1e-3);
@@ -90,7 +97,7 @@ TEST(WheelCalibration, WithoutRemountingCamerasStay) {
 TEST(WheelCalibration, PlacesNobodyStatedStay) {
   const made_up::Drive drive(130, 120, 61);
   std::vector<Step> steps = steps_with(WheelErrors::of(0.03, 0, 0, 0, 0.05, 0.02), drive);
-  calibrate_wheels(steps, {}, true, [] { return false; });
+  corrected(steps, true);
   EXPECT_LT(steps[5].observations.T_body_sensor.translation().norm(), 1e-3);
 }
 
