@@ -22,8 +22,9 @@ constexpr NumberRule kBaseline{0, 100, false, "a baseline above 0 (m)"};
 constexpr NumberRule kDisparitySigma{0, 100, false, "a disparity sigma above 0 (px)"};
 constexpr NumberRule kSigma{0, 1e3, false, "a sigma above 0"};
 
-const std::initializer_list<std::string_view> kSections = {"depth_camera", "stereo_camera", "lidar",
-                                                           "odometry"};
+// The last three are of sensors that are not mapped with: read past.
+const std::initializer_list<std::string_view> kSections = {
+    "depth_camera", "stereo_camera", "lidar", "odometry", "imu", "gnss", "tags"};
 
 SE3 read_pose(const YamlSection& parent, const std::string& key,
               std::vector<std::string>& remarks) {

@@ -297,11 +297,14 @@ bool tell_wheel_scale(const WheelScale::Found& found, bool without, Diagnostics&
   const Estimate estimate{"odometry.scale", 1, 1 + found.scale, found.sigma, found.adoption, bound};
   const bool within =
       report(estimate, metrics, "wheel_scale",
-             without ? "the wheels' scale or the scanner's ranges; the map is made by "
-                       "scans alone, without the wheels: measure a wall of it"
-                     : "the wheels' scale or the scanner's ranges; taken out all the "
-                       "same, as scans do not hold the path: measure a wall of it");
-  const bool used = found.adoption.adopted && (within || !without);
+             !found.is_one()
+                 ? "nothing was corrected: a wheel's scale does not scatter, scans that meet the "
+                   "ground or follow what moves do; what they show may be wrong"
+             : without ? "the wheels' scale or the scanner's ranges; the map is made by "
+                         "scans alone, without the wheels: measure a wall of it"
+                       : "the wheels' scale or the scanner's ranges; taken out all the "
+                         "same, as scans do not hold the path: measure a wall of it");
+  const bool used = found.adoption.adopted && (within || (!without && found.is_one()));
   for (CalibrationEntry& entry : metrics.calibration) {
     if (entry.parameter == estimate.parameter) entry.adopted = used;
   }

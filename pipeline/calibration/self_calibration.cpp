@@ -180,10 +180,9 @@ class SelfCalibration {
       });
     }
     if (!scale) return;
-    // Scans that hold (nearly) all of the path bear the map without wheels that are plainly wrong,
-    // which is by one scale all along: where it scatters, scans may be what is wrong.
-    constexpr double kHeld = 0.95, kOne = 0.05;
-    const bool without = scale->held >= kHeld && scale->sigma < kOne * (1 + scale->scale);
+    // Scans that hold (nearly) all of the path bear the map without wheels that are plainly wrong.
+    constexpr double kHeld = 0.95;
+    const bool without = scale->held >= kHeld && scale->is_one();
     if (tell_wheel_scale(*scale, without, metrics_)) {
       front_end_.motion().wheels().begin(scale->scale, scale->sigma);
     } else if (scale->adoption.adopted && without) {

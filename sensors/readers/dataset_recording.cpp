@@ -55,6 +55,7 @@ DatasetRecording::DatasetRecording(const std::filesystem::path& folder,
   read_stereo_lists(options);
   schedule();
   warn_of_empty_files();
+  count_unused();
 }
 
 // A file that is there states that its sensor was aboard.
@@ -101,6 +102,13 @@ void DatasetRecording::read_poses() {
   if (has("accelerometer.txt")) {
     accelerometer_ = parse_accelerometer(text("accelerometer.txt"), skips_);
   }
+}
+
+// Streams of the layout that nothing is mapped with.
+void DatasetRecording::count_unused() {
+  skips_.set_source("");
+  for (const char* name : {"imu.txt", "gnss.txt", "altimeter.txt", "tags.csv", "priors.txt"})
+    skips_.add("stream not used", has(name) ? 1 : 0, name);
 }
 
 void DatasetRecording::read_scans() {

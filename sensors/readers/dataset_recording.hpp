@@ -110,6 +110,7 @@ class DatasetRecording final : public Recording {
   [[noreturn]] void fail_nothing_usable() const;
   void schedule();
   void warn_of_empty_files();
+  void count_unused();
   std::optional<Measurement> read(const Item& item);
   std::optional<Measurement> read_depth(const ListEntry& entry);
   std::optional<Measurement> read_stereo(std::size_t index);

@@ -210,6 +210,19 @@ TEST(Dataset, MergesStreamsAndInterpolatesOdometry) {
   EXPECT_TRUE(p.isApprox(Eigen::Vector3d(1, 0.5, 1), 1e-12)) << p.transpose();
 }
 
+TEST(Dataset, StreamsThatNothingIsMappedWithAreReadPast) {
+  const TemporaryFolder folder;
+  folder.write("calibration.yaml",
+               "lidar: {range_sigma: 0.01}\nimu: {gyro_noise: 1e-3}\ntags: {size: 0.16}\n"
+               "gnss: {T_body_antenna: {translation: [0, 0, 1]}}\n");
+  folder.write("scans.csv", "1,0,0.1,0,5,1,2\n2,0,0.1,0,5,1,2\n");
+  folder.write("imu.txt", "1 0 0 0 0 0 9.81\n");
+  folder.write("priors.txt", "pose 1 0 0 0 0 0 0 1 0.1 0.1\n");
+  const auto recording = open_recording(folder.path().string());
+  EXPECT_EQ(recording->skipped(), (SkippedCounts{{"stream not used", 2}}));
+  EXPECT_EQ(recording->first_skipped().at("stream not used"), "imu.txt");
+}
+
 TEST(Dataset, InfoCountsWhatIsThere) {
   const TemporaryFolder folder;
   folder.write("calibration.yaml", "lidar: {range_sigma: 0.01}\n");
