@@ -189,6 +189,12 @@ bool moves(const MotionGuess& guess) {
   return e.dot((guess.covariance + least).ldlt().solve(e)) > kClear;
 }
 
+// Nothing is in an image, or it is the last one to the bit while wheels drive: it was not taken
+// here, and what was seen before is what the next one is laid on.
+bool tells_nothing(const DepthBlocks& image, bool frozen, const MotionGuess& guess) {
+  return !image.any_oriented() || (frozen && moves(guess));
+}
+
 }  // namespace
 
 DepthMotion DepthOdometry::process(const DepthFrame& frame,
@@ -206,9 +212,7 @@ DepthMotion DepthOdometry::process(const DepthFrame& frame,
   last_stamp_ = frame.stamp;
   const SE3& T_body_camera = frame.camera.camera.T_body_camera;
   const Expectation at_first = expect(dt, T_body_camera, guess);
-  // Nothing is in it, or it is the last one to the bit while wheels drive: it was not taken here,
-  // and what was seen before is what the next one is laid on.
-  if (guess && (!current.any_oriented() || (frozen && moves(*guess)))) {
+  if (guess && tells_nothing(current, frozen, *guess)) {
     T_world_camera_ = T_world_camera_ * at_first.T_prev_curr;
     return as_expected(at_first, T_body_camera);
   }
