@@ -1,6 +1,7 @@
 // Which pieces touch, and the plane through all of them.
 #include <lamina/backend/association/connected_ground.hpp>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -16,7 +17,12 @@ struct Piece {
   Polygon plan;
   Eigen::Matrix3d covariance;  // of height at the middle and the two slopes
   Eigen::Vector2d middle;
+  Eigen::AlignedBox2d box = {};  // of the plan
 
+  // Whether the plan comes this near, m.
+  bool near(const Eigen::Vector2d& at, double reach) const {
+    return box.squaredExteriorDistance(at) <= reach * reach && plan.signed_distance(at) <= reach;
+  }
   double height(const Eigen::Vector2d& at) const {
     const Eigen::Vector3d& n = plane_body.normal();
     return (plane_body.rho() - n.head<2>().dot(at)) / n.z();
@@ -42,7 +48,9 @@ std::optional<Piece> piece_of(const PlaneEvidence& e, std::size_t place) {
   H(0, 0) = m.weight();
   H.bottomRightCorner<2, 2>() = m.scatter().topLeftCorner<2, 2>();
   H.diagonal() += Eigen::Vector3d(1, 1, 1);
-  return Piece{place, e.plane_body, std::move(*polygon), H.inverse(), m.mean().head<2>()};
+  Piece piece{place, e.plane_body, std::move(*polygon), H.inverse(), m.mean().head<2>()};
+  for (const Eigen::Vector2d& corner : piece.plan.vertices()) piece.box.extend(corner);
+  return piece;
 }
 
 std::vector<Piece> pieces_of(std::span<const PlaneEvidence> evidence, double max_slope) {
@@ -67,7 +75,7 @@ bool touches_without_step(const Piece& a, const Piece& b, const ConnectedGroundO
           std::clamp(static_cast<int>(std::ceil(along.norm() / options.border_step_m)), 1, 200);
       for (int s = 0; s < steps; ++s) {
         const Eigen::Vector2d p = corners[k] + along * s / steps;
-        if (other->plan.signed_distance(p) > options.touch_m) continue;
+        if (!other->near(p, options.touch_m)) continue;
         const double step = one->height(p) - other->height(p);
         squares += step * step;
         allowed += 9 * (one->variance(p) + other->variance(p)) + options.step_m * options.step_m;
@@ -110,9 +118,7 @@ std::vector<Patch> patches_on(std::span<const Moments> patches, const std::vecto
     std::size_t of = pieces.size();
     for (std::size_t k = 0; k < pieces.size(); ++k) {
       const double off = std::abs(pieces[k].plane_body.signed_distance(m.mean()));
-      if (off >= nearest ||
-          pieces[k].plan.signed_distance(m.mean().head<2>()) > options.beside_piece_m)
-        continue;
+      if (off >= nearest || !pieces[k].near(m.mean().head<2>(), options.beside_piece_m)) continue;
       nearest = off;
       of = k;
     }

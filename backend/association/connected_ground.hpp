@@ -13,7 +13,7 @@ namespace lamina {
 
 struct ConnectedGroundOptions {
   /// Ground that swells is one floor with a roughness; false: a plane for every piece of it.
-  bool enabled = false;
+  bool enabled = true;
   double max_slope_deg = 10;  ///< of a piece, on the body: ground that robots drive
   double touch_m = 0.2;       ///< pieces whose outlines come this near touch
   /// Pieces that stand above each other by more than this and three sigmas where they touch are

@@ -138,6 +138,18 @@ class BestCovers {
   std::map<PlaneId, std::pair<double, PlaneId>> best_;
 };
 
+// Share of `small` in `large` where what few views saw of it lies on that, as far as it is a plane.
+std::optional<double> lies_on(const PlaneLandmark& small, const PlaneLandmark& large,
+                              const DoubleOptions& options) {
+  const Cover cover = cover_of(small, std::array{&large});
+  if (!(cover.share >= kCovered)) return std::nullopt;
+  if (cover.farthest <= kThin) return cover.share;
+  const auto ground = options.ground_tilt.find(large.id);
+  const bool swells = ground != options.ground_tilt.end() &&
+                      angle_between(small.plane_anchor, large.plane_anchor) <= 2 * ground->second;
+  return swells ? std::optional(cover.share) : std::nullopt;
+}
+
 struct Candidate {
   double chi;
   PlaneId from, into;
@@ -235,9 +247,9 @@ std::vector<std::pair<PlaneId, PlaneId>> find_slivers(
     if (views > std::max<double>(kFewViews, kFewShare * near.seen(b).views)) continue;
     const PlaneLandmark &small = graph.at(a), &large = graph.at(b);
     if (std::abs(large.plane_map().signed_distance(near.middle(a))) > kThin) continue;
-    const Cover cover = cover_of(small, std::array{&large});
-    if (!(cover.share >= kCovered) || cover.farthest > kThin || gaps.step(a, b)) continue;
-    best.offer(a, b, cover.share);
+    const auto cover = lies_on(small, large, options);
+    if (!cover || gaps.step(a, b)) continue;
+    best.offer(a, b, *cover);
   }
   return best.pairs();
 }

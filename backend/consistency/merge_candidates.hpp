@@ -19,6 +19,8 @@ struct DoubleOptions {
   /// Pairs known less well to each other than this (1-sigma of the distance where they meet, m)
   /// wait: agreement would mean nothing. Other merges tie the places together first.
   double max_sigma_m = 0.06;
+  /// rad, 1-sigma: by how much views of floors that are no planes are turned; others: absent.
+  std::map<PlaneId, double> ground_tilt;
 };
 
 /// Pairs (from, into) of active planes, at least one of them seen as an area, that are one surface,
@@ -47,7 +49,8 @@ std::vector<std::pair<PlaneId, PlaneId>> find_line_doubles(
 
 /// Pairs (from, into): the few views of `from` (up to six, or 2 % of the other's) lie within 3 cm
 /// of `into` all over, where that was seen too. Clutter of a large plane's own noise: a bend of the
-/// image, a grazing view. Not where keyframes saw an edge between the two (LevelGaps::step).
+/// image, a grazing view. Of a floor that is no plane: turned by no more than two sigmas of its
+/// views. Not where keyframes saw an edge between the two (LevelGaps::step).
 std::vector<std::pair<PlaneId, PlaneId>> find_slivers(
     const Graph& graph, const std::map<PlaneId, std::vector<OutlinePiece>>& outlines,
     const std::set<std::pair<PlaneId, PlaneId>>& apart, const DoubleOptions& options);

@@ -132,6 +132,7 @@ std::vector<std::string> JointSurfelOptions::problems() const {
   positive(least_roughness_m, "surfels.least_roughness_m");
   positive(view_sigma_m, "surfels.view_sigma_m");
   positive(correlation_m, "surfels.correlation_m");
+  positive(window_every, "surfels.window_every");
   return result;
 }
 

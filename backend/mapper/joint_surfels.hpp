@@ -14,7 +14,7 @@ namespace lamina {
 
 struct JointSurfelOptions {
   /// Surfels of rough floors are estimated together with poses and planes; false: after them.
-  bool enabled = false;
+  bool enabled = true;
   double cell_m = 0.25;  ///< side: a swell of 2 cm over 2 m is straight over it to a millimetre
   /// A floor whose cells lie off its plane by less is a plane: its moments say all there is. Walls
   /// and floors that are built plane deviate by 1 to 3 mm.
@@ -25,6 +25,9 @@ struct JointSurfelOptions {
   /// Heights of ground go together over so much (m): cells nearer to each other count as one where
   /// the plane holds them.
   double correlation_m = 0.7;
+  /// The window takes every so many-th cell each way: all that a view shows together says no better
+  /// than view_sigma_m where the body is, and fewer cells say as much.
+  int window_every = 2;
   double slope_sigma = 0.05;   ///< slope off the plane, m per m
   std::size_t min_cells = 20;  ///< fewer say nothing of a floor's roughness
   double level_gap_m = 0.15;   ///< evidence further than this from a floor (m) is not of it

@@ -34,6 +34,19 @@ std::optional<OdometryFactor> chained_past(const Graph& graph, KeyframeId id) {
   return OdometryFactor{in->from, out->to, in->T_from_to * out->T_from_to, S};
 }
 
+// Each cell of the map on one keyframe. Cells of ground that swells tie the keyframes that saw them
+// in the joint estimate: those are on up to three, of every third keyframe by itself.
+void condense(WorkingMap& map, const std::vector<KeyframeId>& ids, double radius_m) {
+  const bool ties = map.options.joint_surfels.enabled && map.ground.swells();
+  const std::int64_t holders = ties ? 3 : 1;
+  for (std::int64_t k = 0; k < holders; ++k) {
+    std::vector<KeyframeId> some = ids;
+    std::erase_if(some,
+                  [&](KeyframeId id) { return static_cast<std::int64_t>(id) % holders != k; });
+    map.surfels.condense(map.graph, some, radius_m);
+  }
+}
+
 bool has_custom_factor(const Graph& graph, KeyframeId id) {
   return std::any_of(graph.custom.begin(), graph.custom.end(), [id](const CustomFactor& f) {
     return std::find(f.states.begin(), f.states.end(), StateRef(id)) != f.states.end();
@@ -157,7 +170,7 @@ std::vector<KeyframeId> KeyframeRetirement::laid_out_floor(const WorkingMap& map
 }
 
 void KeyframeRetirement::condense_floor(WorkingMap& map, double radius_m) {
-  map.surfels.condense(map.graph, laid_out_floor(map), radius_m);
+  condense(map, laid_out_floor(map), radius_m);
   successors_.clear();
 }
 
@@ -171,7 +184,7 @@ void KeyframeRetirement::condense_newest_floor(WorkingMap& map, double radius_m)
   std::vector<KeyframeId> newest = map.surfels.keyframes();
   std::erase_if(newest, [&](KeyframeId id) { return id <= known || map.window.contains(id); });
   if (newest.empty() || newest.back() <= condensed_) return;
-  map.surfels.condense(map.graph, newest, radius_m);
+  condense(map, newest, radius_m);
   condensed_ = newest.back();
 }
 
@@ -193,7 +206,7 @@ void KeyframeRetirement::condense_successors(WorkingMap& map, double radius_m) {
              return (keyframe->T_map_body.translation() - p).norm() < 2 * reach;
            });
   });
-  map.surfels.condense(map.graph, about, radius_m);
+  condense(map, about, radius_m);
 }
 
 }  // namespace lamina

@@ -12,6 +12,7 @@
 #include <lamina/backend/consistency/shifted_associations.hpp>
 #include <lamina/backend/consistency/split_candidates.hpp>
 #include <lamina/backend/mapper/fallen_planes.hpp>
+#include <lamina/backend/mapper/joint_surfels.hpp>
 
 namespace lamina {
 namespace {
@@ -65,6 +66,8 @@ struct Revision {
   const Progress& progress;
   const DoubleOptions duplicates;
   PlanePairs apart = {};
+  /// Few views of ground that swells: one place of it is one surface, whether they fit it or not.
+  std::set<PlaneId> of_ground = {};
 
   std::size_t join(const Pairs& pairs) {
     for (const auto& [from, into] : pairs) merging.join(map, from, into);
@@ -124,7 +127,12 @@ struct Revision {
       if (go.count(pair.first) || go.count(pair.second)) continue;
       pairs.push_back(pair);
     }
-    if (pairs.empty()) pairs = find_slivers(graph, map.outlines, apart, duplicates);
+    if (pairs.empty()) {
+      pairs = find_slivers(graph, map.outlines, apart, duplicates);
+      for (const auto& [from, into] : pairs) {
+        if (duplicates.ground_tilt.count(into)) of_ground.insert(from);
+      }
+    }
     if (pairs.empty()) pairs = find_occluded_duplicates(graph, map.outlines, apart, duplicates);
     join(pairs);
     return pairs;
@@ -156,6 +164,7 @@ struct Revision {
     bool reconsidered = false;
     int shifts = 0;
     for (int round = 0; round < most_rounds + shifts; ++round) {
+      std::erase_if(merged, [this](const auto& pair) { return of_ground.count(pair.first) > 0; });
       std::size_t changes = merging.undo_contradicted(map, merged, apart);
       changes += stand_up_fallen(map);
       if (round == 0) {
@@ -187,6 +196,19 @@ struct Revision {
   }
 };
 
+// By how much views of rough floors are turned: heights of stationary ground over its correlation
+// length, as GroundWatch::lift_variances() has it.
+std::map<PlaneId, double> ground_tilt(const WorkingMap& map) {
+  std::map<PlaneId, double> tilt;
+  if (!map.options.ground.enabled) return tilt;
+  const JointSurfelOptions& surfels = map.options.joint_surfels;
+  for (const auto& [id, roughness] : floor_roughness(map.graph, map.surfels, surfels)) {
+    if (roughness < surfels.least_roughness_m) continue;
+    tilt[id] = 2 * M_SQRT2 * roughness / map.options.ground.correlation_m;
+  }
+  return tilt;
+}
+
 }  // namespace
 
 RefineResult revise_planes(WorkingMap& map, PlaneMerging& merging, RefineResult result,
@@ -194,6 +216,7 @@ RefineResult revise_planes(WorkingMap& map, PlaneMerging& merging, RefineResult 
                            const std::function<bool(const RefineProgress&)>& progress) {
   DoubleOptions duplicates;
   duplicates.association = map.options.association;
+  duplicates.ground_tilt = ground_tilt(map);
   return Revision{map, merging, options, progress, duplicates}.run(std::move(result));
 }
 

@@ -40,6 +40,7 @@ void WindowSurfels::add(WorkingMap& map, std::span<const Moments> patches_body) 
     if (parent == nullptr) continue;
     const Cell cell(static_cast<std::int32_t>(std::floor(x.x() / options.cell_m)),
                     static_cast<std::int32_t>(std::floor(x.y() / options.cell_m)));
+    if (cell.first % options.window_every != 0 || cell.second % options.window_every != 0) continue;
     const SurfelId id = surfel_at(map, cell, *parent);
     if (id != SurfelId::kNone) seen_[id].merge(patch);
   }

@@ -8,8 +8,12 @@
 
 #include <lamina/testing/factor_tester.hpp>
 
+#include "support/up_residual.hpp"
+
 namespace lamina {
 namespace {
+
+using test::Up;
 
 using ::testing::HasSubstr;
 
@@ -36,17 +40,6 @@ class Position : public ceres::SizedCostFunction<3, 7> {
   Eigen::Vector3d at_;
   double sigma_;
   Mistake mistake_;
-};
-
-// The keyframe's up against a direction on the sphere.
-struct Up {
-  template <class T>
-  bool operator()(const T* pose, const T* direction, T* r) const {
-    const Eigen::Quaternion<T> q(pose[6], pose[3], pose[4], pose[5]);
-    const Eigen::Matrix<T, 3, 1> up = q.normalized() * Eigen::Matrix<T, 3, 1>(T(0), T(0), T(1));
-    for (int i = 0; i < 3; ++i) r[i] = (up(i) - direction[i]) / 0.01;
-    return true;
-  }
 };
 
 struct RisingLoss : ceres::LossFunction {  // whose slope is not the value's

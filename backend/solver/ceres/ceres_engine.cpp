@@ -146,9 +146,8 @@ CeresEngine::CeresEngine(const Graph& graph, Parts parts, SolverChoice choice)
     : graph_(graph), choice_(std::move(choice)), problem_(graph, parts) {}
 
 RobustWeights CeresEngine::chi_squared() const {
-  Graph now = graph_;
-  problem_.write(now);
-  RobustWeights all = chi_squared_of(now);
+  problem_.write(graph_);
+  RobustWeights all = chi_squared_of(graph_);
   const auto drop_those_left_out = [](const auto& factors, std::vector<double>& chi2) {
     for (std::size_t i = 0; i < chi2.size(); ++i) {
       if (!(factors[i].weight > 0)) chi2[i] = 0;
@@ -170,8 +169,7 @@ MinimizerResult CeresEngine::minimize(const MinimizerOptions& options,
     result.status = SolveStatus::kInvalidInput;
     return result;
   }
-  Graph before = graph_;
-  problem_.write(before);
+  problem_.write(graph_);  // to come back to
   ceres::Solver::Options o = solver_options(options);
   eliminate_first(choice_, problem_, o);
   Watch watch(options, progress, path, problem_);
@@ -188,7 +186,7 @@ MinimizerResult CeresEngine::minimize(const MinimizerOptions& options,
   }
   result.final_cost = cost();
   if (result.turns_too_far || !std::isfinite(total(result.final_cost))) {
-    problem_.read(before);
+    problem_.read(graph_);
     result.final_cost = result.initial_cost;
   }
   return result;
@@ -204,9 +202,8 @@ bool CeresEngine::let_positions_follow() {
 }
 
 int CeresEngine::rank_deficiency() {
-  Graph now = graph_;
-  problem_.write(now);
-  NormalEquations equations(now);
+  problem_.write(graph_);
+  NormalEquations equations(graph_);
   return equations.dimension() == 0 ? 0 : lamina::rank_deficiency(equations);
 }
 

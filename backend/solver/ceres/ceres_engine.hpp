@@ -39,7 +39,7 @@ class CeresEngine final : public BatchEngine {
   std::string description() const override;
 
  private:
-  Graph graph_;  // as taken in; its states are those of the beginning
+  mutable Graph graph_;  // as taken in; its states are those that were last written to it
   SolverChoice choice_;
   CeresGraph problem_;
 };

@@ -140,5 +140,22 @@ TEST(LevelGaps, DoublesAreNotSoughtAcrossAFloorNorOverAnEdge) {
   EXPECT_TRUE(find_slivers(level.graph, level.outlines, {}, options).empty());
 }
 
+TEST(Slivers, AFewTurnedViewsOfGroundThatSwellsAreItsOwn) {
+  Level level(2);
+  const PlaneId floor = level.see(kRoom, 0, true);
+  const PlaneId turned = level.see({0.5, 3.5, -1, 1}, 0, false, 0.03);  // off by 4.5 cm at its ends
+  DoubleOptions options;
+  const auto slivers = [&] { return find_slivers(level.graph, level.outlines, {}, options); };
+  EXPECT_TRUE(slivers().empty());
+  options.ground_tilt[floor] = 0.02;
+  const std::vector<std::pair<PlaneId, PlaneId>> one = {{turned, floor}};
+  EXPECT_EQ(slivers(), one);
+  options.ground_tilt[floor] = 0.01;  // three of its sigmas
+  EXPECT_TRUE(slivers().empty());
+  options.ground_tilt[floor] = 0.02;
+  level.see(kLeft, 0.025, true);  // a platform with an edge on it
+  EXPECT_EQ(slivers(), one);
+}
+
 }  // namespace
 }  // namespace lamina

@@ -13,11 +13,13 @@
 #include <lamina/models/error.hpp>
 
 #include "backend/solver/exact.hpp"
+#include "support/up_residual.hpp"
 
 namespace lamina {
 namespace {
 
 using test::exact;
+using test::Up;
 
 using ::testing::HasSubstr;
 
@@ -38,17 +40,6 @@ struct Range {
     T squares(0);
     for (int i = 0; i < 3; ++i) squares += (beacon[i] - pose[i]) * (beacon[i] - pose[i]);
     r[0] = (sqrt(squares) - range) / sigma;
-    return true;
-  }
-};
-
-// Of a keyframe's up against a direction of the user's own on the sphere.
-struct Up {
-  template <class T>
-  bool operator()(const T* pose, const T* direction, T* r) const {
-    const Eigen::Quaternion<T> q(pose[6], pose[3], pose[4], pose[5]);
-    const Eigen::Matrix<T, 3, 1> up = q.normalized() * Eigen::Matrix<T, 3, 1>(T(0), T(0), T(1));
-    for (int i = 0; i < 3; ++i) r[i] = (up(i) - direction[i]) / 0.01;
     return true;
   }
 };

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include <lamina/backend/mapper/keyframe_retirement.hpp>
 #include <lamina/backend/refine/refiner.hpp>
 
 #include "backend/mapper/swelling_floor.hpp"
@@ -108,6 +111,38 @@ TEST(JointSurfels, HoldTheBodysHeightByEitherEngine) {
     EXPECT_EQ(native.surfels.size() + native.surfel_moments.size() + native.surfel_parents.size(),
               0u);
   }
+}
+
+// Surfels that more than one keyframe saw, of evidence as it is kept after a refinement.
+std::size_t tied_after_condensing(const Drive& d, bool joint) {
+  MapperOptions options;
+  options.joint_surfels.enabled = joint;
+  WorkingMap map(options);
+  map.graph = d.graph;
+  map.surfels = d.evidence;
+  GroundView view;
+  view.roughness = 0.01;
+  view.within_pieces = 0.005;
+  for (int i = 0; i < 5; ++i) map.ground.add(view, options.ground);
+  EXPECT_TRUE(map.ground.swells());
+  KeyframeRetirement retirement;
+  retirement.refined(d.graph.keyframes.back().id);
+  retirement.condense_floor(map, 1);
+  EXPECT_LT(map.surfels.size(), d.evidence.size());
+  Graph graph = d.graph;
+  add_joint_surfels(graph, map.surfels, on());
+  std::map<SurfelId, std::size_t> views;
+  for (const SurfelMomentsFactor& f : graph.surfel_moments) ++views[f.surfel];
+  const auto tied = std::count_if(views.begin(), views.end(),
+                                  [](const auto& surfel) { return surfel.second > 1; });
+  return static_cast<std::size_t>(tied);
+}
+
+TEST(JointSurfels, CondensedGroundStillTiesKeyframes) {
+  const Drive d = drive(true, 3);
+  const std::size_t plain = tied_after_condensing(d, false), joint = tied_after_condensing(d, true);
+  EXPECT_GT(joint, 200u);
+  EXPECT_GT(2 * joint, 3 * plain);
 }
 
 TEST(JointSurfels, ALevelFloorHasNone) {

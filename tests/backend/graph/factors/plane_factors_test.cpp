@@ -32,6 +32,16 @@ std::vector<PlaneCase> plane_cases() {
           {"half a turn", Plane({0, 1, 0.1}, 4), SE3(SO3::rot_z(M_PI - 1e-6), {1, 2, 1})}};
 }
 
+// A segment on the plane, seen from the pose.
+SegmentFactor segment_of(const PlaneCase& c, Random& random) {
+  SegmentFactor f;
+  const auto ends = random.points_on(c.plane_map, {4, 2, 0}, 2.0, 2);
+  f.start_body = c.pose.inverse() * ends[0];
+  f.end_body = c.pose.inverse() * ends[1];
+  f.sqrt_information << 100, 0, 20, 50;
+  return f;
+}
+
 TEST(PlaneMomentsFactor, PassesAllChecks) {
   Random random(4);
   for (const auto& c : plane_cases()) {
@@ -151,11 +161,7 @@ TEST(SegmentFactor, PassesAllChecks) {
   Random random(8);
   for (const auto& c : plane_cases()) {
     const PlaneLandmark landmark = PlaneLandmark::at(c.plane_map, {4, 3, 0});
-    SegmentFactor f;
-    const auto ends = random.points_on(c.plane_map, {4, 2, 0}, 2.0, 2);
-    f.start_body = c.pose.inverse() * ends[0];
-    f.end_body = c.pose.inverse() * ends[1];
-    f.sqrt_information << 100, 0, 20, 50;
+    const SegmentFactor f = segment_of(c, random);
     const Cost cost(make_cost(SegmentTerm(f, landmark.anchor_map)));
     const Cost twin(new ceres::AutoDiffCostFunction<twins::Segment, 2, 7, 4>(
         new twins::Segment{f, landmark.anchor_map}));
@@ -174,11 +180,7 @@ TEST(SegmentFactor, IsAMomentsFactorToTheLastDigits) {
   Random random(12);
   for (const auto& c : plane_cases()) {
     const PlaneLandmark landmark = PlaneLandmark::at(c.plane_map, {4, 3, 0});
-    SegmentFactor f;
-    const auto ends = random.points_on(c.plane_map, {4, 2, 0}, 2.0, 2);
-    f.start_body = c.pose.inverse() * ends[0];
-    f.end_body = c.pose.inverse() * ends[1];
-    f.sqrt_information << 100, 0, 20, 50;
+    const SegmentFactor f = segment_of(c, random);
     const SegmentTerm segment(f, landmark.anchor_map);
     const PlaneMomentsTerm moments(moments_of(f, 30), landmark.anchor_map);
     for (int i = 0; i < 20; ++i) {
