@@ -15,6 +15,7 @@
 #include <lamina/pipeline/calibration/floor_below.hpp>
 #include <lamina/pipeline/calibration/ground_lean.hpp>
 #include <lamina/pipeline/calibration/log.hpp>
+#include <lamina/pipeline/calibration/sensor_changes.hpp>
 #include <lamina/pipeline/calibration/slope_refinement.hpp>
 #include <lamina/pipeline/calibration/wheel_intrinsics.hpp>
 
@@ -93,11 +94,10 @@ namespace {
 // stated height: one wrong depth explains both.
 std::optional<Warning> wrong_depth(const std::vector<Step>& steps, const Calibration& stated,
                                    double way_ratio) {
-  constexpr double kLevel = 10 * kDegree, kSame = 0.03;
   std::vector<double> heights;
   for (const Step& step : steps) {
     const SE3 T_levelled_camera = step.T_body_levelled.inverse() * step.observations.T_body_sensor;
-    if (const auto floor = floor_below(step, T_levelled_camera.so3(), kLevel))
+    if (const auto floor = floor_below(step, T_levelled_camera.so3(), SensorChangesOptions().level))
       heights.push_back(-floor->rho());
   }
   const CameraModel* camera = stated.depth_camera    ? &stated.depth_camera->camera
@@ -106,7 +106,8 @@ std::optional<Warning> wrong_depth(const std::vector<Step>& steps, const Calibra
   const double stated_height = camera ? camera->T_body_camera.translation().z() : 0;
   if (heights.empty() || !(stated_height > 0)) return std::nullopt;
   const double height = median(heights);
-  if (std::abs(height / stated_height / way_ratio - 1) > kSame) return std::nullopt;
+  if (std::abs(height / stated_height / way_ratio - 1) > 2 * WheelScale::kPrior)
+    return std::nullopt;
   return Warning{
       "depth_scale",
       fmt::format("depths are {:.3f} times the true ones: the floor lies {:.3f} m below the camera "

@@ -23,10 +23,7 @@ class WheelScale {
     Adoption adoption;
     double held = 0;  ///< share of the scans that hold all directions by themselves
     /// Wheels of a wrong scale have one, all along: where it scatters, scans may be what is wrong.
-    bool is_one() const {
-      constexpr double kOne = 0.05;  // of itself, 1-sigma
-      return sigma < kOne * (1 + scale);
-    }
+    bool is_one() const { return 2 * sigma < kBound * (1 + scale); }
   };
   /// Radii are worn and loaded by less; beyond, something else is wrong (units, another sensor).
   static constexpr double kBound = 0.1;
