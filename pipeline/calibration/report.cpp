@@ -97,7 +97,7 @@ std::optional<Warning> wrong_depth(const std::vector<Step>& steps, const Calibra
   std::vector<double> heights;
   for (const Step& step : steps) {
     const SE3 T_levelled_camera = step.T_body_levelled.inverse() * step.observations.T_body_sensor;
-    if (const auto floor = floor_below(step, T_levelled_camera.so3(), SensorChangesOptions().level))
+    if (const auto floor = floor_below(step, T_levelled_camera.so3(), SensorChangeOptions().level))
       heights.push_back(-floor->rho());
   }
   const CameraModel* camera = stated.depth_camera    ? &stated.depth_camera->camera
