@@ -80,7 +80,7 @@ std::vector<Piece> pieces_of(const OpenInUnits& open, const OdometryUnits& units
     piece.images = piece.images * motion.T_prev_curr_body;
     piece.wheels = piece.wheels * (moved ? moved->T_from_to : SE3());
     piece.covariance += covariance_of(motion);
-    if (!piece.whole()) continue;
+    if (piece.measured && !piece.whole()) continue;
     pieces.push_back(piece);
     piece = Piece();
   }
