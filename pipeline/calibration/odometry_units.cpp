@@ -64,8 +64,6 @@ std::vector<Piece> pieces_of(const OpenInUnits& open, const OdometryUnits& units
   while (!ended() && pieces.size() < kOptions.most_pairs) {
     const auto frame = next_image(*recording, 0);
     if (!frame) break;
-    // Covered, or too near: no evidence of anything.
-    if (!depth_blocks(*frame, odometry.options().blocks).any_oriented()) continue;
     const bool follows = last && frame->stamp - *last < UsualFit::kLongGap;
     const bool known = wheels.track.at(frame->stamp) && (!last || wheels.track.at(*last));
     if (!follows || !known) {
