@@ -18,8 +18,8 @@ namespace {
 // Frames and lines that were left out are more than an accident from a hundredth on.
 std::vector<Warning> dropped_frames(const Recording& recording, const Diagnostics& metrics) {
   constexpr double kShare = 0.01;
-  const std::string unused[] = {"topic not used", "kind not used", "kind of line not read",
-                                "second record", "laser whose place", "stream not used"};
+  const std::string unused[] = {"topic not used", "kind not used",     "kind of line not read",
+                                "second record",  "laser whose place", "stream not used"};
   std::int64_t dropped = 0;
   std::string reasons;
   const auto firsts = recording.first_skipped();

@@ -66,14 +66,16 @@ std::vector<Piece> pieces_of(const OpenInUnits& open, const OdometryUnits& units
     if (!frame) break;
     const bool follows = last && frame->stamp - *last < UsualFit::kLongGap;
     const bool known = wheels.track.at(frame->stamp) && (!last || wheels.track.at(*last));
-    if (!follows || !known) {
+    // Covered, or too near: no evidence of anything.
+    const bool shows = depth_blocks(*frame, odometry.options().blocks).any_oriented();
+    if (!follows || !known || !shows) {
       odometry = DepthOdometry();
       piece = Piece();
     }
     const auto moved = follows ? wheels.track.between(*last, frame->stamp) : std::nullopt;
     const DepthMotion motion = odometry.process(*frame, loose(moved));
     last = frame->stamp;
-    if (!follows || !known) continue;
+    if (!follows || !known || !shows) continue;
     piece.measured = piece.measured && moved && motion.explained && !motion.doubtful;
     piece.images = piece.images * motion.T_prev_curr_body;
     piece.wheels = piece.wheels * (moved ? moved->T_from_to : SE3());

@@ -52,10 +52,18 @@ const std::vector<DepthFrame>& images() {
 // radians.
 class Drive final : public Recording {
  public:
-  Drive(double way, double turn) : way_(way), turn_(turn) { calibration_.depth_camera.emplace(); }
+  Drive(double way, double turn, int blank) : way_(way), turn_(turn), blank_(blank) {
+    calibration_.depth_camera.emplace();
+  }
   std::optional<Measurement> next() override {
-    if (given_ == kEach * kImages) return std::nullopt;
-    const int i = given_ / kEach, part = given_++ % kEach;
+    if (given_ == kEach * (blank_ + kImages)) return std::nullopt;
+    const int i = given_ / kEach - blank_, part = given_++ % kEach;
+    if (part == 1 && i < 0) {
+      DepthFrame covered = images().front();
+      covered.stamp = stamp(i);
+      std::fill(covered.raw.begin(), covered.raw.end(), std::uint16_t{0});
+      return covered;
+    }
     if (part == 1) return images()[static_cast<std::size_t>(i)];
     const double at = i + std::max(0, part - 1) * 1.0 / (kEach - 1);
     const SE3 T = pose(at);
@@ -67,14 +75,14 @@ class Drive final : public Recording {
 
  private:
   double way_, turn_;
-  int given_ = 0;
+  int blank_, given_ = 0;
   Calibration calibration_;
 };
 
 OdometryUnits found(double way, double turn, std::vector<Warning>& warnings,
-                    const CalibrationOptions& settings = {}) {
+                    const CalibrationOptions& settings = {}, int blank = 0) {
   const OpenInUnits open = [=](const OdometryUnits& units) {
-    return std::make_unique<CorrectedRecording>(std::make_unique<Drive>(way, turn),
+    return std::make_unique<CorrectedRecording>(std::make_unique<Drive>(way, turn, blank),
                                                 ScanCorrection(), 0.1, units);
   };
   return look_at_odometry_units(open, settings, warnings, [] { return false; });
@@ -96,6 +104,11 @@ TEST(OdometryUnits, MillimetresAndFeetAreFoundAndCorrected) {
     ASSERT_EQ(warnings.size(), 1U);
     EXPECT_EQ(warnings[0].id, "wheel_scale");
   }
+}
+
+TEST(OdometryUnits, ImagesThatShowNothingAreNoEvidence) {
+  std::vector<Warning> warnings;
+  EXPECT_NEAR(found(1000, 1, warnings, {}, 45).way, 0.001, 1e-9);
 }
 
 TEST(OdometryUnits, DegreesAreFoundAndCorrected) {
