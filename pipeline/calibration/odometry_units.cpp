@@ -31,6 +31,14 @@ struct Piece {
     return T.translation().norm() > kOptions.travelling || T.so3().log().norm() > kOptions.turning;
   }
   bool whole() const { return moved(images) || moved(wheels); }
+  // Where images leave the way open it is what it was expected to be: no evidence of it.
+  bool tells() const {
+    const Eigen::Vector2d way = images.translation().head<2>();
+    const double length = way.norm();
+    if (!measured || length < kOptions.travelling) return true;
+    const double sigma = std::sqrt(way.dot(covariance.topLeftCorner<2, 2>() * way)) / length;
+    return sigma < 0.5 * length;
+  }
   double cost(double way) const {
     if (!measured) return kOptions.most_cost;
     const SE3 by_wheels(wheels.so3(), way * wheels.translation());
@@ -81,7 +89,7 @@ std::vector<Piece> pieces_of(const OpenInUnits& open, const OdometryUnits& units
     piece.wheels = piece.wheels * (moved ? moved->T_from_to : SE3());
     piece.covariance += covariance_of(motion);
     if (piece.measured && !piece.whole()) continue;
-    pieces.push_back(piece);
+    if (piece.tells()) pieces.push_back(piece);
     piece = Piece();
   }
   return pieces;
