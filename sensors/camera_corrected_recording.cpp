@@ -75,6 +75,16 @@ void apply_to_depths(const CameraFixes& fixes, DepthFrame& frame) {
   if (fixes.depth.changes_depths()) correct_depths(fixes.depth, frame);
 }
 
+namespace {
+
+void apply_to_model(const CameraFixes& fixes, DepthCamera& camera) {
+  fixes.depth.apply(camera);
+  if (fixes.depth_reach > 0)
+    camera.noise.max_range = std::min(camera.noise.max_range, fixes.depth_reach);
+}
+
+}  // namespace
+
 void apply(const CameraFixes& fixes, StereoFrame& pair) {
   if (fixes.swap_stereo || (fixes.swap_some && is_swapped(pair))) std::swap(pair.left, pair.right);
   const CameraModel& stated = pair.camera.camera;
@@ -85,7 +95,7 @@ void apply(const CameraFixes& fixes, StereoFrame& pair) {
 
 void apply(const CameraFixes& fixes, DepthFrame& frame) {
   apply_to_depths(fixes, frame);
-  fixes.depth.apply(frame.camera);
+  apply_to_model(fixes, frame.camera);
   for (int v = 0; v < frame.height() && fixes.depth.mirrored; ++v) {
     const auto row = frame.raw.begin() + static_cast<std::ptrdiff_t>(v) * frame.width();
     std::reverse(row, row + frame.width());
@@ -99,7 +109,7 @@ CameraCorrectedRecording::CameraCorrectedRecording(std::unique_ptr<Recording> so
 // A bag's camera is known with its first image.
 const Calibration& CameraCorrectedRecording::calibration() const {
   calibration_ = source().calibration();
-  if (calibration_.depth_camera) fixes_.depth.apply(*calibration_.depth_camera);
+  if (calibration_.depth_camera) apply_to_model(fixes_, *calibration_.depth_camera);
   if (calibration_.stereo_camera) fixes_.stereo.apply(*calibration_.stereo_camera);
   return calibration_;
 }

@@ -24,11 +24,12 @@ struct CameraFixes {
   bool swap_some = false;    ///< those of pairs that match better so
   int right_late = 0;        ///< pairs by which right images are late; below 0: left ones are
   bool drop_depth = false;   ///< nothing can be made of depth images
+  double depth_reach = 0;    ///< m, beyond which nothing is measured; 0: as the noise model says
   /// Of depth images, pixels themselves.
   bool changes_depths() const { return depth_code || !robot.empty() || depth.changes_depths(); }
   bool any() const {
     return depth.any() || stereo.any() || changes_depths() || swap_stereo || swap_some ||
-           right_late != 0 || drop_depth;
+           right_late != 0 || drop_depth || depth_reach > 0;
   }
 };
 

@@ -100,10 +100,10 @@ std::optional<DepthCodes::Code> DepthCodes::code() const {
   return std::nullopt;
 }
 
-bool DepthCodes::stretched() const {
+std::optional<double> DepthCodes::common_largest() const {
   constexpr std::size_t kLeastImages = 8;
   constexpr double kAlike = 0.003, kFew = 0.01, kMost = 0.8;
-  if (images_.size() < kLeastImages) return false;
+  if (images_.size() < kLeastImages) return std::nullopt;
   std::vector<std::uint16_t> largest, medians;
   for (const Image& image : images_) largest.push_back(image.largest);
   const double usual = lamina::median(largest);
@@ -112,8 +112,9 @@ bool DepthCodes::stretched() const {
       medians.push_back(image.median);
     }
   }
-  return static_cast<double>(medians.size()) >= kMost * static_cast<double>(images_.size()) &&
-         varies(medians);
+  const bool common =
+      static_cast<double>(medians.size()) >= kMost * static_cast<double>(images_.size());
+  return common && varies(medians) ? std::optional(usual) : std::nullopt;
 }
 
 double DepthCodes::median() const {

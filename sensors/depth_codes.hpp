@@ -36,9 +36,9 @@ class DepthCodes {
     double share = 0;  ///< of the measured pixels
   };
   std::optional<Code> code() const;
-  /// Images that differ reach, four in five, one and the same largest value (to .3 %), with few
-  /// pixels (1 %) there: each was stretched to the whole range.
-  bool stretched() const;
+  /// The one largest value (to .3 %) that images that differ reach, four in five, with few pixels
+  /// (1 %) there: each was stretched to the whole range, or the camera measures no further.
+  std::optional<double> common_largest() const;
   /// Median of the raw depths; 0 where there are none.
   double median() const;
 

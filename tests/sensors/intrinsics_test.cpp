@@ -96,7 +96,7 @@ TEST(DepthCodes, DepthsAloneHoldNone) {
     clipped.add(image(k, 0, 4000));  // of a sensor that clips: what is near is seen, too
   }
   EXPECT_FALSE(codes.code());
-  EXPECT_FALSE(codes.stretched());
+  EXPECT_FALSE(codes.common_largest());
   EXPECT_NEAR(codes.median(), 2820, 50);
 }
 
@@ -117,7 +117,19 @@ TEST(DepthCodes, ImagesStretchedToTheWholeRangeAreToldApart) {
     }
     codes.add(raw);
   }
-  EXPECT_TRUE(codes.stretched());
+  EXPECT_TRUE(codes.common_largest());
+}
+
+TEST(CameraFixes, AReachBoundsTheNoiseModel) {
+  DepthFrame frame;
+  frame.camera.noise.max_range = 8;
+  CameraFixes fixes;
+  for (const double reach : {20.0, 2.0}) {
+    fixes.depth_reach = reach;
+    EXPECT_TRUE(fixes.any());
+    apply(fixes, frame);
+    EXPECT_EQ(frame.camera.noise.max_range, std::min(8.0, reach));
+  }
 }
 
 TEST(SaturatedDepths, AreTakenOutAndNamed) {

@@ -151,7 +151,8 @@ void take_mounting(CameraLook& look, bool correct, bool stereo, CameraFindings& 
   if (!look.any()) return;
   const MountingVerdict verdict = look.verdict(all.fixes);
   Warning warning = mounting_warning(verdict, look.camera().camera, correct);
-  if (!stereo && 2 * verdict.stated.floors < verdict.images && look.codes().stretched()) {
+  const auto largest = stereo ? std::nullopt : look.codes().common_largest();
+  if (largest && 2 * verdict.stated.floors < verdict.images) {
     all.fixes.drop_depth = true;
     warning = {"depth_stretched",
                "the largest depth is the same in all images though they show different places: "
@@ -164,6 +165,10 @@ void take_mounting(CameraLook& look, bool correct, bool stereo, CameraFindings& 
     correction.along_ray = fix.along_ray;
     fix = correction;
   }
+  // Where floor stands as stated, metres are right: the camera sees no further, and floor that ends
+  // there has no edge.
+  if (largest && !all.fixes.drop_depth)
+    all.fixes.depth_reach = all.fixes.depth.depth * *largest / look.camera().depth_scale;
   if (!all.fixes.drop_depth) {
     Warning scatter = floor_scatter_warning(verdict, correct);
     all.floor_uneven = all.floor_uneven || scatter.id == "floor_uneven";
