@@ -23,7 +23,8 @@ std::vector<Warning> dropped_frames(const Recording& recording, const Diagnostic
   std::int64_t dropped = 0;
   std::string reasons;
   const auto firsts = recording.first_skipped();
-  for (const auto& [why, count] : metrics.skipped) {
+  for (const auto& [reason, count] : metrics.skipped) {
+    const std::string& why = reason;
     const bool meant = std::any_of(std::begin(unused), std::end(unused), [&why](const auto& start) {
       return why.compare(0, start.size(), start) == 0;
     });
