@@ -31,7 +31,7 @@ struct ScanOdometryOptions {
   /// A match that is farther from the wheels' motion than this (3 dof) and finds less of the scan
   /// than `sure_matched` is searched for, too.
   double contradiction_chi_squared = 100, sure_matched = 0.9;
-  /// A match that contradicts the wheels like that and breaks these limits is not believed; nor is
+  /// A match that contradicts the wheels like that and breaks these limits is rejected, as is
   /// one that explains the scan for no less than slipping costs.
   MotionLimits limits;
   /// Intervals longer or shorter than the last one by this factor say nothing of its speed.

@@ -43,12 +43,12 @@ struct WheelCalibration {
 /// the cameras against their direction of travel and the point they turn about, with the refined
 /// graph, and goes on with motions so corrected until the estimate stays. nullopt where there is
 /// nothing to tell. Mountings stay without `remounting`, and where several kinds of camera share
-/// them: who of them errs is not told. `ended` returning true stops early.
+/// them: which of them errs cannot be observed. `ended` returning true stops early.
 std::optional<WheelCalibration> calibrate_wheels(const std::vector<Step>& steps,
                                                  const MapperOptions& options, bool remounting,
                                                  const std::function<bool()>& ended);
 
-/// Replaces what wheels told of the motions, and the cameras' mountings.
+/// Replaces what wheels measured of the motions, and the cameras' mountings.
 void apply_correction(std::vector<Step>& steps, const WheelCalibration& found);
 
 }  // namespace lamina

@@ -73,10 +73,10 @@ TEST(UnrepeatedRecording, OneOfTwoScannersThatHangsIsFound) {
   for (const Measurement& m : hung(0.05)) {
     all.push_back(m);
     if (const auto* s = std::get_if<LaserScan>(&m)) {
-      LaserScan behind = *s;
-      behind.lidar.T_body_lidar = SE3::planar(-0.3, 0, M_PI);
-      behind.ranges[1] = 3 + 0.01F * static_cast<float>(all.size());
-      all.push_back(behind);
+      LaserScan rear = *s;
+      rear.lidar.T_body_lidar = SE3::planar(-0.3, 0, M_PI);
+      rear.ranges[1] = 3 + 0.01F * static_cast<float>(all.size());
+      all.push_back(rear);
     }
   }
   EXPECT_EQ(emptied(all).scans, 4);

@@ -64,7 +64,7 @@ TEST(DepthOdometry, AfterAnEmptyImageWhatWasSeenBeforeIsMatched) {
 }
 
 // One image fits turned by 40 degrees, and shifted by a metre, while wheels go on as before.
-TEST(DepthOdometry, AMatchThatNoRobotCanFollowIsNotBelievedAgainstWheelsThatGoOn) {
+TEST(DepthOdometry, AMatchThatNoRobotCanFollowIsRejectedBesideWheelsThatGoOn) {
   const auto farthest = [](const MotionLimits& limits, const SE3& off) {
     DepthOdometryOptions options;
     options.limits = limits;
