@@ -100,31 +100,27 @@ TEST(ScannerCheck, FindsAScannerThatSitsElsewhere) {
   EXPECT_NEAR(T.translation().x(), 0.2, 0.05);
 }
 
+// The fan is said to be so many times as wide as it is.
+auto opened(double times) {
+  return [times](LaserScan& s) {
+    s.angle_min *= times;
+    s.angle_increment *= times;
+  };
+}
+
 TEST(ScannerCheck, FindsTheApertureUnderWhichScansTurnAsWheelsDo) {
   for (const double stated : {0.5, 1.5}) {
-    const auto found = driven(
-                           [stated](LaserScan& s) {
-                             s.angle_min *= stated;
-                             s.angle_increment *= stated;
-                           },
-                           1, turning)
-                           .found();
+    const auto found = driven(opened(stated), 1, turning).found();
     ASSERT_TRUE(found) << stated;
     EXPECT_FALSE(found->correction.mirrored);
     EXPECT_NEAR(found->correction.aperture * stated, 1, 0.03) << stated;
   }
 }
 
-// Of a few per cent wheels do not tell: scans fit each other worse.
+// Wheels, too, may be off by a few per cent: it is how well scans fit each other that decides.
 TEST(ScannerCheck, FindsApertureErrorsThatWheelsMayHaveToo) {
   for (const double stated : {0.94, 1.05}) {
-    const auto found = driven(
-                           [stated](LaserScan& s) {
-                             s.angle_min *= stated;
-                             s.angle_increment *= stated;
-                           },
-                           1.02)
-                           .found();
+    const auto found = driven(opened(stated), 1.02).found();
     ASSERT_TRUE(found) << stated;
     EXPECT_NEAR(found->correction.aperture * stated, 1, 0.02) << stated;
   }
