@@ -167,41 +167,75 @@ void SegmentExtractor::drop_debris() {
 
 void SegmentExtractor::refine_boundaries() {
   for (std::size_t i = 1; i < runs_.size(); ++i) {
-    if (!contiguous(runs_[i - 1], runs_[i])) continue;
-    refine_boundary(runs_[i - 1], runs_[i]);
-    uncertain_boundary(runs_[i - 1], runs_[i]);
+    Run &a = runs_[i - 1], &b = runs_[i];
+    if (!contiguous(a, b)) continue;
+    refine_boundary(a, b);
+    if (!meet_at_corner(a, b)) uncertain_boundary(a, b);
   }
 }
 
-// Moves the corner between two lines to where it costs least.
-void SegmentExtractor::refine_boundary(Run& a, Run& b) const {
-  const int low = a.parts.back().first + 2, high = b.parts.front().second - 2;
+// The sums of two contiguous runs with the returns from k on in the second.
+SegmentExtractor::Sides SegmentExtractor::divided_at(const Run& a, const Run& b, int k) const {
   const int start = b.begin();
-  const auto move = [&](int k, InverseRangeSums& sa, InverseRangeSums& sb) {
-    const InverseRangeSums moved = k > start ? points_.sums(start, k) : points_.sums(k, start);
-    sa = k > start ? a.sums + moved : a.sums - moved;
-    sb = k > start ? b.sums - moved : b.sums + moved;
-  };
-  int best = start;
+  if (k >= start) {
+    const InverseRangeSums moved = points_.sums(start, k);
+    return {a.sums + moved, b.sums - moved};
+  }
+  const InverseRangeSums moved = points_.sums(k, start);
+  return {a.sums - moved, b.sums + moved};
+}
+
+void SegmentExtractor::divide_at(Run& a, Run& b, int k) const {
+  const Sides sides = divided_at(a, b, k);
+  a.sums = sides.a;
+  b.sums = sides.b;
+  a.parts.back().second = b.parts.front().first = k;
+}
+
+// Moves the boundary between two lines to where it costs least.
+void SegmentExtractor::refine_boundary(Run& a, Run& b) const {
+  const int low = lowest_boundary(a), high = highest_boundary(b);
+  int best = b.begin();
   double best_cost = a.sums.cost() + b.sums.cost();
-  InverseRangeSums sa, sb;
   for (int stride = 8; stride >= 1; stride /= 2) {
     const int centre = best;
     for (const int k : {centre - stride, centre + stride}) {
       if (k < low || k > high) continue;
-      move(k, sa, sb);
-      const double value = sa.cost() + sb.cost();
+      const double value = divided_at(a, b, k).cost();
       if (value >= best_cost) continue;
       best_cost = value;
       best = k;
     }
   }
-  if (best == start) return;
-  move(best, sa, sb);
-  a.sums = sa;
-  b.sums = sb;
-  a.parts.back().second = best;
-  b.parts.front().first = best;
+  divide_at(a, b, best);
+}
+
+// Where the cost is least each return near the corner is on the line that its own noise is nearer
+// to, and the line turns towards it: by a quarter of its sigma, the same in every scan. Surfaces
+// that go on into each other change where their lines meet, which single returns hardly move.
+bool SegmentExtractor::meet_at_corner(Run& a, Run& b) const {
+  const int low = lowest_boundary(a), high = highest_boundary(b);
+  const double least = a.sums.cost() + b.sums.cost();
+  bool meets = false;
+  for (int pass = 0; pass < 2; ++pass) {
+    double A = 0, B = 0, other_A = 0, other_B = 0;
+    if (!a.sums.solve(A, B) || !b.sums.solve(other_A, other_B)) return meets;
+    const auto first_is_nearer = [&](int i) {
+      return (A - other_A) * points_.c(i) + (B - other_B) * points_.s(i) > 0;
+    };
+    const auto is_corner = [&](int k) {
+      return k >= low && k <= high && first_is_nearer(k - 1) != first_is_nearer(k);
+    };
+    const int start = b.begin(), reach = std::max(start - low, high - start);
+    int step = 0;
+    while (step <= reach && !is_corner(start + step) && !is_corner(start - step)) ++step;
+    if (step > reach) return meets;
+    const int corner = is_corner(start + step) ? start + step : start - step;
+    if (divided_at(a, b, corner).cost() > least + options_.corner_gate) return meets;
+    divide_at(a, b, corner);
+    meets = true;
+  }
+  return meets;
 }
 
 // True when returns in [from, to) lie behind the line of `both`: there is an opening.

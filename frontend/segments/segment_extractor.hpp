@@ -70,7 +70,16 @@ class SegmentExtractor {
   bool arc_wins(std::size_t first, std::size_t last) const;
   void drop_debris();
   void refine_boundaries();
+  struct Sides {
+    InverseRangeSums a, b;
+    double cost() const { return a.cost() + b.cost(); }
+  };
+  Sides divided_at(const Run& a, const Run& b, int k) const;
+  void divide_at(Run& a, Run& b, int k) const;
+  static int lowest_boundary(const Run& a) { return a.parts.back().first + 2; }
+  static int highest_boundary(const Run& b) { return b.parts.front().second - 2; }
   void refine_boundary(Run& a, Run& b) const;
+  bool meet_at_corner(Run& a, Run& b) const;
   void uncertain_boundary(Run& a, Run& b) const;
   Eigen::Matrix2d hidden_corner(const Run& run) const;
   void bridge();

@@ -16,6 +16,7 @@ struct SegmentOptions {
   /// Split where two lines explain the returns better than one by this much chi-squared (three
   /// parameters more, and the place was searched for), merge where they do not.
   double split_gain = 25;
+  double corner_gate = 16;       ///< chi-squared above the best at which a corner may still be
   double min_sigma = 0.001;      ///< m; floor of the range noise, for ideal sensors
   double max_noise_scale = 4;    ///< the scan's own roughness may raise the noise this far
   double gap_angle = 0.17;       ///< rad; a break where neighbours' chord is closer to the beam

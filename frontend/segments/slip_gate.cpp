@@ -6,8 +6,6 @@
 
 namespace lamina {
 namespace {
-// Places of a corner that are less likely than exp(-this / 2) of the best are left out.
-constexpr double kUnlikely = 16;
 // Odds, before anything is seen, that a straight run hides a corner. The three parameters that a
 // corner takes are charged log(n) / 2 each [Schwarz1978].
 constexpr double kCornerPrior = 0.02;
@@ -30,18 +28,16 @@ void add_spread(Eigen::Vector2d off, double weight, Eigen::Matrix2d& spread) {
 void SegmentExtractor::uncertain_boundary(Run& a, Run& b) const {
   const std::optional<Eigen::Vector2d> line_a = line_of(a.sums), line_b = line_of(b.sums);
   if (!line_a || !line_b) return;
-  const int start = b.begin(), low = a.parts.back().first + 2, high = b.parts.front().second - 2;
+  const int start = b.begin(), low = lowest_boundary(a), high = highest_boundary(b);
   const double least = a.sums.cost() + b.sums.cost();
   double total = 1;
   Eigen::Matrix2d spread_a = Eigen::Matrix2d::Zero(), spread_b = Eigen::Matrix2d::Zero();
   for (const int direction : {-1, 1}) {
     for (int k = start + direction; k >= low && k <= high; k += direction) {
-      const InverseRangeSums moved = k > start ? points_.sums(start, k) : points_.sums(k, start);
-      const InverseRangeSums sa = k > start ? a.sums + moved : a.sums - moved;
-      const InverseRangeSums sb = k > start ? b.sums - moved : b.sums + moved;
-      const double worse = sa.cost() + sb.cost() - least;
-      if (worse > kUnlikely) break;
-      const std::optional<Eigen::Vector2d> la = line_of(sa), lb = line_of(sb);
+      const Sides sides = divided_at(a, b, k);
+      const double worse = sides.cost() - least;
+      if (worse > options_.corner_gate) break;
+      const std::optional<Eigen::Vector2d> la = line_of(sides.a), lb = line_of(sides.b);
       if (!la || !lb) break;
       const double likelihood = std::exp(-0.5 * worse);
       total += likelihood;
