@@ -11,7 +11,7 @@
 namespace lamina::io {
 namespace {
 
-constexpr SealedKind kKind{"LAMINASN", 7, "a session.lamina of `lamina map`"};
+constexpr SealedKind kKind{"LAMINASN", 8, "a session.lamina of `lamina map`"};
 
 }  // namespace
 

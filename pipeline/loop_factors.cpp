@@ -24,6 +24,17 @@ LoopClosure lifted(LoopClosure loop, const SE3& T_map_from, const SE3& T_map_to)
   return loop;
 }
 
+// The one scanner that loops are told by; kNone of none or several.
+ExtrinsicsId scanner_of(const Graph& graph) {
+  ExtrinsicsId only = ExtrinsicsId::kNone;
+  for (const Extrinsics& e : graph.extrinsics) {
+    if (e.sensor != "lidar") continue;
+    if (only != ExtrinsicsId::kNone) return ExtrinsicsId::kNone;
+    only = e.id;
+  }
+  return only;
+}
+
 }  // namespace
 
 void LoopBook::note(const Observations& observations, const AddResult& added,
@@ -36,6 +47,7 @@ void LoopBook::note(const Observations& observations, const AddResult& added,
 
 int LoopBook::transfer(const std::vector<LoopClosure>& loops, Mapper& mapper) const {
   int taken = 0;
+  const ExtrinsicsId scanner = scanner_of(mapper.graph());
   const auto pose = [&mapper](const Place& place) {
     const Keyframe* keyframe = mapper.graph().find(place.keyframe);
     return keyframe ? keyframe->T_map_body * place.T_keyframe_body : SE3();
@@ -50,7 +62,7 @@ int LoopBook::transfer(const std::vector<LoopClosure>& loops, Mapper& mapper) co
     const Matrix6d J = T_body_keyframe.inverse().adjoint();
     taken += mapper.add_loop(from->second.keyframe, to->second.keyframe,
                              from->second.T_keyframe_body * loop.T_from_to * T_body_keyframe,
-                             J * loop.covariance * J.transpose());
+                             J * loop.covariance * J.transpose(), scanner);
   }
   return taken;
 }

@@ -8,6 +8,7 @@
 #include <span>
 
 #include <lamina/backend/refine/refiner.hpp>
+#include <lamina/pipeline/calibration/extrinsics_refinement.hpp>
 #include <lamina/pipeline/calibration/extrinsics_uncertainty.hpp>
 #include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/pipeline/calibration/report.hpp>
@@ -150,6 +151,11 @@ Mapper map_offline(Run& run) {
   for (const Step& step : steps)
     uncertainty.met(step, run.front_end.motion().wheels().met_on_floor());  // as stated
   correct_steps(run, all, uncertainty, options);
+  if (run.options.refine_extrinsics && !ended()) {
+    CalibrationOptions settings = run.options;
+    settings.mapper = options;
+    refine_extrinsics(steps, all.loops, settings, record.diagnostics, ended);
+  }
   StepMapper mapping(options, run.closer, record);
   Mapper& mapper = mapping.mapper;
   const std::int64_t mapped = map_steps(run, steps, mapping);

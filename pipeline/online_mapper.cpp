@@ -6,6 +6,7 @@
 
 #include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/pipeline/calibration/report.hpp>
+#include <lamina/pipeline/calibration/wheel_intrinsics.hpp>
 #include <lamina/pipeline/diagnostics.hpp>
 #include <lamina/pipeline/write_results.hpp>
 
@@ -22,8 +23,8 @@ void give_back_memory() {
 }  // namespace
 
 AddResult StepMapper::add(const Step& step) {
-  const AddResult added =
-      mapper.add(step.observations, step.motion.T_from_to, step.motion.covariance);
+  const AddResult added = mapper.add(step.observations, step.motion.T_from_to,
+                                     step.motion.covariance, observed_by_sensor(step));
   record_.diagnostics.stages["associate"].add(added.associate_ms);
   if (added.is_keyframe) record_.diagnostics.stages["window"].add(added.window_ms);
   record_.window.add(step.observations.stamp, added, mapper.options().window);

@@ -13,6 +13,7 @@
 #include <lamina/io/figure_names.hpp>
 #include <lamina/io/session.hpp>
 #include <lamina/models/error.hpp>
+#include <lamina/pipeline/calibration/extrinsics_refinement.hpp>
 #include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/pipeline/map_result.hpp>
 
@@ -202,6 +203,8 @@ MapResult refine_sessions(const std::vector<Path>& inputs, const OptionsOfText& 
   MapResult result{"", options, Mapper(options.mapper),
                    std::make_shared<RunRecord>(scratch_folder)};
   for (const Path& input : inputs) result.sessions.push_back(session_file(input));
+  if (options.refine_extrinsics && !observer.hurried())
+    refine_extrinsics(session, options, result.diagnostics(), [&] { return observer.hurried(); });
   result.record->take(session);
   result.diagnostics().input = inputs.front().string();
   result.diagnostics().command = options.command;

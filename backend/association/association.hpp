@@ -41,6 +41,7 @@ struct PlaneEvidence {
   bool partial = false;                       ///< a segment: rotation about its line is not seen
   Eigen::Vector3d scan_normal_body = Eigen::Vector3d::UnitZ();  ///< partial: normal of the scan
   LabelVotes votes;
+  ExtrinsicsId sensor = ExtrinsicsId::kNone;  ///< that saw it; kNone: several, or nobody knows
 
   /// Adds another view of the same plane in the same frame by the same kind of sensor. Views of one
   /// place share their noise floor, so it does not average: the smaller one stays.

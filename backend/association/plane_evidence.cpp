@@ -128,6 +128,7 @@ std::vector<PlaneEvidence> make_evidence(const Observations& observations, Parti
 void PlaneEvidence::join(const PlaneEvidence& other) {
   moments_body.merge(other.moments_body);
   partial = partial && other.partial;
+  if (sensor != other.sensor) sensor = ExtrinsicsId::kNone;
   fit_plane_to_lines(*this);
   floor.sigma_rho = std::min(floor.sigma_rho, other.floor.sigma_rho);
   floor.sigma_tilt = std::min(floor.sigma_tilt, other.floor.sigma_tilt);

@@ -89,6 +89,18 @@ SurfelId Graph::add_surfel(SurfelLandmark surfel) {
   return surfels.back().id;
 }
 
+Extrinsics Extrinsics::at(std::string sensor, const SE3& T_body_sensor) {
+  Extrinsics e;
+  e.sensor = std::move(sensor);
+  e.T_body_sensor = e.state = e.prior = T_body_sensor;
+  return e;
+}
+
+bool Extrinsics::held_as_made() const {
+  return !estimate && state.translation() == T_body_sensor.translation() &&
+         state.so3().quaternion().coeffs() == T_body_sensor.so3().quaternion().coeffs();
+}
+
 ExtrinsicsId Graph::add_extrinsics(Extrinsics sensor) {
   sensor.id = ExtrinsicsId(next_extrinsics++);
   extrinsics.push_back(std::move(sensor));

@@ -75,14 +75,23 @@ struct SurfelLandmark {
   PlaneId parent = PlaneId::kNone;
 };
 
-/// Where a sensor sits, up to what planes can tell: x_body = C(state) x_body_nominal,
-/// C x = s + R_y(pitch) R_x(roll) (x - s) + (0, 0, height), s the sensor's place in the body.
+/// Where a sensor sits. Factors hold what it measured in body axes as `T_body_sensor` has it: with
+/// the sensor at `state`, a point x_body of theirs lies at state T_body_sensor^-1 x_body.
+/// Perturbation: state * exp(d), d = (translation, rotation) in sensor axes.
 struct Extrinsics {
   ExtrinsicsId id = ExtrinsicsId::kNone;
-  SE3 T_body_sensor;                                ///< nominal
-  Eigen::Vector3d state = Eigen::Vector3d::Zero();  ///< roll, pitch (rad), height (m)
-  Eigen::Vector3d prior_sigma = Eigen::Vector3d(0.05, 0.05, 0.05);  ///< rad, rad, m about zero
-  bool estimate = false;                                            ///< false: held at `state`
+  std::string sensor;  ///< as calibration.yaml calls it
+  SE3 T_body_sensor;   ///< by which factors were made
+  SE3 state;           ///< T_body_sensor as estimated
+  SE3 prior;           ///< T_body_sensor as stated
+  Vector6d prior_sigma = (Vector6d() << 0.03, 0.03, 0.03, 0.026, 0.026, 0.026)
+                             .finished();  ///< of log(prior^-1 state), m and rad
+  bool estimate = false;                   ///< false: held at `state`
+
+  /// A sensor that sits as stated, factors made so.
+  static Extrinsics at(std::string sensor, const SE3& T_body_sensor);
+  /// Factors stand as they were made.
+  bool held_as_made() const;
 };
 
 // ---------------------------------------------------------------------------------- factors
@@ -94,6 +103,7 @@ struct OdometryFactor {
   KeyframeId from = KeyframeId::kNone, to = KeyframeId::kNone;
   SE3 T_from_to;
   Matrix6d sqrt_information = Matrix6d::Identity();
+  ExtrinsicsId extrinsics = ExtrinsicsId::kNone;  ///< the sensor whose own motion was measured
 };
 
 /// As odometry, but x, y and heading alone: wheels on a floor know no more.
@@ -109,6 +119,7 @@ struct LoopFactor {
   SE3 T_from_to;
   Matrix6d sqrt_information = Matrix6d::Identity();
   double weight = 1;
+  ExtrinsicsId extrinsics = ExtrinsicsId::kNone;  ///< as of odometry
 };
 
 /// log(T_map_body_prior^-1 * T_map_body), 6.
@@ -118,13 +129,20 @@ struct PriorFactor {
   Matrix6d sqrt_information = Matrix6d::Identity();
 };
 
+/// What one sensor saw of a plane; kNone: nobody knows which did, it is held as it was made.
+struct SensorMoments {
+  ExtrinsicsId extrinsics = ExtrinsicsId::kNone;
+  Moments moments_body;
+};
+
 /// A plane seen from a keyframe, fully or in part. `moments_body` are discounted() already.
 struct PlaneMomentsFactor {
   KeyframeId keyframe = KeyframeId::kNone;
   PlaneId plane = PlaneId::kNone;
-  Moments moments_body;  ///< body frame by the nominal extrinsics, weights 1/sigma^2 (1/m^2)
-  ExtrinsicsId extrinsics = ExtrinsicsId::kNone;
+  Moments moments_body;  ///< by Extrinsics::T_body_sensor, weights 1/sigma^2 (1/m^2)
+  ExtrinsicsId extrinsics = ExtrinsicsId::kNone;  ///< the sensor; as SensorMoments has it
   double weight = 1;
+  std::vector<SensorMoments> by_sensor = {};  ///< where several saw it: moments_body is their sum
 };
 
 /// A scan segment in the document's terms: rotation between the segment and its projection onto

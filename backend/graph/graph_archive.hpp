@@ -25,11 +25,11 @@ void fields(A& a, SurfelLandmark& v) {
 }
 template <class A>
 void fields(A& a, Extrinsics& v) {
-  a(v.id, v.T_body_sensor, v.state, v.prior_sigma, v.estimate);
+  a(v.id, v.sensor, v.T_body_sensor, v.state, v.prior, v.prior_sigma, v.estimate);
 }
 template <class A>
 void fields(A& a, OdometryFactor& v) {
-  a(v.from, v.to, v.T_from_to, v.sqrt_information);
+  a(v.from, v.to, v.T_from_to, v.sqrt_information, v.extrinsics);
 }
 template <class A>
 void fields(A& a, PlanarOdometryFactor& v) {
@@ -37,15 +37,19 @@ void fields(A& a, PlanarOdometryFactor& v) {
 }
 template <class A>
 void fields(A& a, LoopFactor& v) {
-  a(v.from, v.to, v.T_from_to, v.sqrt_information, v.weight);
+  a(v.from, v.to, v.T_from_to, v.sqrt_information, v.weight, v.extrinsics);
 }
 template <class A>
 void fields(A& a, PriorFactor& v) {
   a(v.keyframe, v.T_map_body, v.sqrt_information);
 }
 template <class A>
+void fields(A& a, SensorMoments& v) {
+  a(v.extrinsics, v.moments_body);
+}
+template <class A>
 void fields(A& a, PlaneMomentsFactor& v) {
-  a(v.keyframe, v.plane, v.moments_body, v.extrinsics, v.weight);
+  a(v.keyframe, v.plane, v.moments_body, v.extrinsics, v.weight, v.by_sensor);
 }
 template <class A>
 void fields(A& a, SegmentFactor& v) {

@@ -56,6 +56,10 @@ void check_pairs(const char* what, const Factors& factors, Findings& findings) {
     if (factors[i].from == factors[i].to) findings.say(what, i, "joins a keyframe to itself");
     findings.needs_finite(what, i,
                           finite(factors[i].T_from_to) && factors[i].sqrt_information.allFinite());
+    if constexpr (requires { factors[i].extrinsics; }) {
+      if (factors[i].extrinsics != ExtrinsicsId::kNone)
+        findings.needs(what, i, factors[i].extrinsics);
+    }
   }
 }
 
@@ -76,6 +80,12 @@ void check_states(const Graph& graph, Findings& findings) {
     const auto& plane = graph.planes[i];
     findings.needs_finite("plane", i, finite(plane.plane_anchor) && plane.anchor_map.allFinite());
     if (plane.merged_into != PlaneId::kNone) findings.needs("plane", i, plane.merged_into);
+  }
+  for (std::size_t i = 0; i < graph.extrinsics.size(); ++i) {
+    const Extrinsics& e = graph.extrinsics[i];
+    findings.needs_finite("extrinsics", i, finite(e.T_body_sensor) && finite(e.state));
+    findings.needs_finite("extrinsics", i, finite(e.prior) && e.prior_sigma.allFinite());
+    if (!(e.prior_sigma.minCoeff() > 0)) findings.say("extrinsics", i, "prior without a sigma");
   }
   for (std::size_t i = 0; i < graph.surfels.size(); ++i) {
     findings.needs("surfel", i, graph.surfels[i].anchor);
@@ -106,6 +116,11 @@ void check_observations(const Graph& graph, Findings& findings) {
     findings.needs("plane_moments", i, f.plane);
     if (f.extrinsics != ExtrinsicsId::kNone) findings.needs("plane_moments", i, f.extrinsics);
     findings.needs_finite("plane_moments", i, finite(f.moments_body));
+    for (const SensorMoments& part : f.by_sensor) {
+      if (part.extrinsics != ExtrinsicsId::kNone)
+        findings.needs("plane_moments", i, part.extrinsics);
+      findings.needs_finite("plane_moments", i, finite(part.moments_body));
+    }
   }
   for (std::size_t i = 0; i < graph.segments.size(); ++i) {
     const auto& f = graph.segments[i];

@@ -27,6 +27,13 @@ struct PoseState {
     R = q.toRotationMatrix();
   }
   SE3 se3() const { return SE3(SO3(q), t); }
+  PoseState operator*(const PoseState& b) const {
+    PoseState ab;
+    ab.q = q * b.q;
+    ab.t = R * b.t + t;
+    ab.R = R * b.R;
+    return ab;
+  }
   PoseState plus(const Vector6d& d) const { return PoseState(se3() * SE3::exp(d)); }
   void write(double* x) const {
     Eigen::Vector3d::Map(x) = t;
@@ -62,7 +69,7 @@ struct PlaneState {
   }
 };
 
-/// Three numbers in a flat space: a surfel (height, slopes) or extrinsics (roll, pitch, height).
+/// Three numbers in a flat space: a surfel (height, slopes).
 struct FlatState {
   static constexpr int kAmbient = 3, kTangent = 3;
   Eigen::Vector3d x = Eigen::Vector3d::Zero();

@@ -31,7 +31,10 @@ std::optional<OdometryFactor> chained_past(const Graph& graph, KeyframeId id) {
   const Eigen::LLT<Matrix6d> llt(C);
   if (llt.info() != Eigen::Success) return std::nullopt;
   const Matrix6d S = llt.matrixL().solve(Matrix6d::Identity());
-  return OdometryFactor{in->from, out->to, in->T_from_to * out->T_from_to, S};
+  // Of a sensor's motion and one that others measured the sum is mostly the sensor's.
+  const ExtrinsicsId sensor =
+      in->extrinsics == ExtrinsicsId::kNone ? out->extrinsics : in->extrinsics;
+  return OdometryFactor{in->from, out->to, in->T_from_to * out->T_from_to, S, sensor};
 }
 
 // Each cell of the map on one keyframe. Cells of ground that swells tie the keyframes that saw them

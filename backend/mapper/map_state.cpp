@@ -87,6 +87,7 @@ void carry_factors(Graph& graph, const Offsets& ids, const SE3& T) {
     for (auto& f : factors) {
       ids.raise(f.from);
       ids.raise(f.to);
+      if constexpr (requires { f.extrinsics; }) ids.raise(f.extrinsics);
     }
   };
   pairs(graph.odometry);
@@ -100,6 +101,7 @@ void carry_factors(Graph& graph, const Offsets& ids, const SE3& T) {
     ids.raise(f.keyframe);
     ids.raise(f.plane);
     ids.raise(f.extrinsics);
+    for (SensorMoments& part : f.by_sensor) ids.raise(part.extrinsics);
   }
   for (auto& f : graph.segments) {
     ids.raise(f.keyframe);

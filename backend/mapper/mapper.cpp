@@ -10,6 +10,7 @@
 
 #include <lamina/backend/association/connected_ground.hpp>
 #include <lamina/backend/mapper/fallen_planes.hpp>
+#include <lamina/backend/mapper/observing_sensor.hpp>
 #include <lamina/backend/mapper/plane_information.hpp>
 #include <lamina/backend/mapper/plane_loop.hpp>
 #include <lamina/backend/mapper/plane_revision.hpp>
@@ -79,12 +80,15 @@ struct Mapper::Step {
   BodyInKeyframe odometry = {};
   BodyPose body = {};                                    // predicted
   std::vector<std::optional<std::size_t>> forming = {};  // by view: the forming plane it is of
+  ExtrinsicsId sensor = ExtrinsicsId::kNone;
   AddResult result = {};
 };
 
 AddResult Mapper::add(const Observations& observations, const SE3& T_prev_body,
-                      const Matrix6d& increment_covariance) {
+                      const Matrix6d& increment_covariance, bool motion_of_sensor) {
   Step step{observations, usable(T_prev_body) ? T_prev_body : SE3(), increment_covariance};
+  step.sensor = observing_sensor(observations, map_.graph);
+  if (motion_of_sensor) moved_by_ = step.sensor;
   const auto begin = std::chrono::steady_clock::now();
   predict(step);      // where odometry says the body is
   join_ground(step);  // pieces of ground that swells are one floor
@@ -143,6 +147,7 @@ MapState Mapper::state() const {
 void Mapper::predict(Step& step) const {
   FrameViews& views = step.views;
   views.evidence = make_evidence(step.observations, map_.options.partial_view);
+  for (PlaneEvidence& evidence : views.evidence) evidence.sensor = step.sensor;
   views.tracks.assign(step.observations.planes.size(), -1);
   // A level scanner's walls stand where they are expected: there a track adds nothing but its
   // mistakes at corners.
@@ -230,7 +235,7 @@ void Mapper::start_keyframe(Step& step) {
   } else {
     const Eigen::LLT<Matrix6d> llt(step.odometry.covariance);
     const Matrix6d S = llt.matrixL().solve(Matrix6d::Identity());
-    OdometryFactor factor{before, map_.keyframe, step.odometry.T_keyframe_body, S};
+    OdometryFactor factor{before, map_.keyframe, step.odometry.T_keyframe_body, S, moved_by_};
     map_.graph.odometry.push_back(factor);
     Vector6d trust = Vector6d::Constant(map_.options.window_motion_trust);
     if (!map_.options.window_trusts_tilt) trust.segment<3>(2).setOnes();
@@ -240,6 +245,7 @@ void Mapper::start_keyframe(Step& step) {
   // From here the body is at its keyframe; the last solution's uncertainties stay with the last
   // keyframe until the next solution, a moment from now.
   map_.gathered.clear();
+  moved_by_ = ExtrinsicsId::kNone;
   step.odometry = step.body.relative = BodyInKeyframe();
 }
 
@@ -298,13 +304,13 @@ void Mapper::tidy(Step& step) {
 }
 
 bool Mapper::add_loop(KeyframeId from, KeyframeId to, const SE3& T_from_to,
-                      const Matrix6d& covariance) {
+                      const Matrix6d& covariance, ExtrinsicsId sensor) {
   if (from == to || !map_.graph.find(from) || !map_.graph.find(to)) return false;
   const Eigen::LLT<Matrix6d> llt(covariance);
   if (!covariance.allFinite() || llt.info() != Eigen::Success) return false;
   if (!T_from_to.translation().allFinite()) return false;
   const Matrix6d S = llt.matrixL().solve(Matrix6d::Identity());
-  const LoopFactor factor{from, to, T_from_to, S, 1.0};
+  const LoopFactor factor{from, to, T_from_to, S, 1.0, sensor};
   map_.graph.loops.push_back(factor);
   map_.window.add(factor);  // where both ends are in it
   return true;
@@ -370,6 +376,15 @@ void Mapper::know_covariances() {
   remove_surfels(map_.graph);
   map_.joint.clear();
   set_wheel_covariance(parameters_.wheels);
+}
+
+std::optional<ExtrinsicsEstimate> Mapper::estimate_extrinsics(
+    const ExtrinsicsOptions& options) const {
+  if (map_.ground.swells()) return std::nullopt;
+  Graph probe = map_.graph;
+  add_joint_surfels(probe, map_.surfels, map_.options.joint_surfels);
+  if (!probe.surfels.empty()) return std::nullopt;
+  return lamina::estimate_extrinsics(probe, options);
 }
 
 void Mapper::move(const SE3& T_new_map) {

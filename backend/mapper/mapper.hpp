@@ -12,6 +12,7 @@
 #include <lamina/backend/mapper/plane_formation.hpp>
 #include <lamina/backend/mapper/plane_merging.hpp>
 #include <lamina/backend/mapper/window_surfels.hpp>
+#include <lamina/backend/parameters/extrinsics_estimation.hpp>
 #include <lamina/backend/refine/refiner.hpp>
 
 namespace lamina {
@@ -41,11 +42,15 @@ class Mapper {
   /// One depth frame or scan. `T_prev_body` is the body's motion since the last add() (the first:
   /// T_map_body itself) with its covariance in the right tangent (translation, rotation).
   /// Observations may be empty: the pose is kept. Nothing in the data makes it throw.
+  /// `motion_of_sensor`: it was measured by what this sensor saw (scans matched, images), so that
+  /// it depends on where the sensor sits.
   AddResult add(const Observations& observations, const SE3& T_prev_body,
-                const Matrix6d& increment_covariance);
+                const Matrix6d& increment_covariance, bool motion_of_sensor = false);
   /// A motion between two keyframes from place recognition or scan matching. It may be wrong: the
   /// refiner decides. False when a keyframe is not there (any more).
-  bool add_loop(KeyframeId from, KeyframeId to, const SE3& T_from_to, const Matrix6d& covariance);
+  /// `sensor`: a state of the graph, if that sensor's own motion was measured.
+  bool add_loop(KeyframeId from, KeyframeId to, const SE3& T_from_to, const Matrix6d& covariance,
+                ExtrinsicsId sensor = ExtrinsicsId::kNone);
 
   /// A factor of a user's own on keyframes and states of the map: in the window as long as all that
   /// it reads are keyframes there, and in every refinement. Its keyframes stay (they are not
@@ -107,6 +112,12 @@ class Mapper {
   /// come back as they were.
   void keep_frames_in(const std::filesystem::path& folder) { map_.frames.keep_in(folder); }
 
+  /// Where sensors sit, estimated together with poses and planes of the graph as it was last
+  /// refined (lamina::estimate_extrinsics); the map stays what it is. nullopt where that says
+  /// nothing: on ground that swells the body's height and tilt are free, and would teach the camera
+  /// its own.
+  std::optional<ExtrinsicsEstimate> estimate_extrinsics(const ExtrinsicsOptions& options) const;
+
   /// Everything in another map frame, as one body. Not with factors of a user's own, which may say
   /// where the map is (std::logic_error).
   void move(const SE3& T_new_map);
@@ -139,13 +150,14 @@ class Mapper {
   void tidy(Step& step);
 
   WorkingMap map_;
-  PlaneFormation formation_;         // planes before they enter the map
-  PlaneMerging merging_;             // planes that are one
-  KeyframeRetirement retirement_;    // keyframes that are not needed
-  WindowSurfels window_surfels_;     // cells of floors that are no planes
-  ParameterUncertainty parameters_;  // of extrinsics and wheels
-  BodyInKeyframe odometry_;          // by odometry alone: what factors may use
-  BodyInKeyframe estimate_;          // with what this frame saw
+  PlaneFormation formation_;                     // planes before they enter the map
+  PlaneMerging merging_;                         // planes that are one
+  KeyframeRetirement retirement_;                // keyframes that are not needed
+  WindowSurfels window_surfels_;                 // cells of floors that are no planes
+  ParameterUncertainty parameters_;              // of extrinsics and wheels
+  BodyInKeyframe odometry_;                      // by odometry alone: what factors may use
+  BodyInKeyframe estimate_;                      // with what this frame saw
+  ExtrinsicsId moved_by_ = ExtrinsicsId::kNone;  // whose motion it was since the last keyframe
   std::int64_t keyframes_made_ = 0;
 };
 

@@ -199,8 +199,7 @@ std::optional<PlaneId> PlaneFormation::promote(WorkingMap& map, FormingPlane& t)
     const Keyframe* from = map.graph.find(keyframe);
     if (from == nullptr) continue;
     partial = partial && views.partial();
-    const PlaneMomentsFactor factor{keyframe, id, factor_moments(views, map.options.association),
-                                    ExtrinsicsId::kNone, 1.0};
+    const PlaneMomentsFactor factor = factor_of(keyframe, id, views, map.options.association);
     map.graph.plane_moments.push_back(factor);
     map.window.add(factor);
     map.add_outline(plane, *from, views.best().outline_body);

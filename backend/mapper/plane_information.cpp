@@ -43,6 +43,19 @@ Moments factor_moments(const PlaneViews& views, const AssociationOptions& option
   return m;
 }
 
+PlaneMomentsFactor factor_of(KeyframeId keyframe, PlaneId plane, const PlaneViews& views,
+                             const AssociationOptions& options) {
+  PlaneMomentsFactor factor{keyframe, plane, factor_moments(views, options), views.best().sensor,
+                            1.0};
+  if (!views.full() || !views.lines() || views.full()->sensor == views.lines()->sensor)
+    return factor;
+  factor.extrinsics = ExtrinsicsId::kNone;
+  for (const auto& seen : {views.full(), views.lines()}) {
+    factor.by_sensor.push_back({seen->sensor, factor_moments(*seen, options)});
+  }
+  return factor;
+}
+
 Eigen::Matrix3d plane_information(const Moments& m, const Eigen::Vector3d& normal) {
   const Matrix32d B = Plane::tangent_basis(normal);
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();

@@ -13,6 +13,9 @@ bool scan_is_level(const Eigen::Vector3d& scan_normal);
 Moments factor_moments(const PlaneEvidence& evidence, const AssociationOptions& options);
 /// Images and lines of scans together, each with its own floor.
 Moments factor_moments(const PlaneViews& views, const AssociationOptions& options);
+/// The same as a factor of weight 1, with the sensors that saw it.
+PlaneMomentsFactor factor_of(KeyframeId keyframe, PlaneId plane, const PlaneViews& views,
+                             const AssociationOptions& options);
 
 /// Information of discounted moments (map axes) on a plane's tangent (tilt, tilt, rho) about their
 /// mean.

@@ -105,7 +105,9 @@ void join_gathered(WorkingMap& map, PlaneId from, PlaneId into) {
   there->second.join(views);
   PlaneMomentsFactor* rest = drop_double(map.graph.plane_moments, map.keyframe, into);
   if (!rest) return;
-  rest->moments_body = factor_moments(there->second, map.options.association);
+  const double weight = rest->weight;
+  *rest = factor_of(map.keyframe, into, there->second, map.options.association);
+  rest->weight = weight;
   map.window.set(*rest);
 }
 

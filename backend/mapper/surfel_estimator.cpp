@@ -138,6 +138,14 @@ void SurfelEvidence::transfer(KeyframeId from, KeyframeId into, const SE3& T_int
   for (const auto& [square, moments] : squares) add(into, moments.transformed(T_into_from));
 }
 
+SurfelEvidence SurfelEvidence::moved(const SE3& T_new_old) const {
+  SurfelEvidence all(cell_);
+  for_each([&](KeyframeId keyframe, const Moments& moments_body) {
+    all.add(keyframe, moments_body.transformed(T_new_old));
+  });
+  return all;
+}
+
 std::size_t SurfelEvidence::size() const {
   std::size_t sum = 0;
   for (const auto& [keyframe, squares] : evidence_) sum += squares.size();

@@ -43,6 +43,8 @@ class SurfelEvidence {
   /// one of them hangs on that one, and what lies in one cell of the map on one keyframe: its room
   /// is that of the floor, however often it was seen.
   void condense(const Graph& graph, const std::vector<KeyframeId>& keyframes, double radius_m);
+  /// The same with every point moved in its keyframe's body frame.
+  SurfelEvidence moved(const SE3& T_new_old) const;
   std::size_t size() const;
   /// m, from the keyframe to the farthest of its evidence; 0 without any.
   double reach(KeyframeId keyframe) const;

@@ -71,7 +71,7 @@ void WorkingMap::observe(PlaneId id, const PlaneEvidence& evidence, Timestamp st
   PlaneLandmark& plane = graph.at(id);
   const auto [known, first] = gathered.try_emplace(id, evidence);
   if (first) {
-    graph.plane_moments.push_back({keyframe, id, {}, ExtrinsicsId::kNone, 1.0});
+    graph.plane_moments.push_back({keyframe, id, {}});
     // One outline a keyframe: more of the same view adds nothing.
     add_outline(plane, graph.at(keyframe), evidence.outline_body);
   } else {
@@ -83,10 +83,12 @@ void WorkingMap::observe(PlaneId id, const PlaneEvidence& evidence, Timestamp st
   if (factor == graph.plane_moments.rend()) {
     // A refinement since gave what the keyframe had seen to another plane: begun anew.
     known->second = PlaneViews(evidence);
-    graph.plane_moments.push_back({keyframe, id, {}, ExtrinsicsId::kNone, 1.0});
+    graph.plane_moments.push_back({keyframe, id, {}});
     factor = graph.plane_moments.rbegin();
   }
-  factor->moments_body = factor_moments(known->second, options.association);
+  const double weight = factor->weight;
+  *factor = factor_of(keyframe, id, known->second, options.association);
+  factor->weight = weight;
   window.set(*factor);
   ++plane.observations;
   plane.last_seen = std::max(plane.last_seen, stamp);

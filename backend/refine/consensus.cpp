@@ -7,7 +7,7 @@
 #include <numeric>
 #include <set>
 
-#include <lamina/backend/graph/factors/plane_moments.hpp>
+#include <lamina/backend/graph/factors/of_sensor.hpp>
 #include <lamina/models/linalg.hpp>
 
 namespace lamina {
@@ -295,20 +295,6 @@ Agreement agreement_of(const Graph& graph, const Tracks& tracks) {
   return result;
 }
 
-namespace {
-
-double chi_squared_under(const Graph& graph, const PlaneMomentsFactor& view, PlaneId name) {
-  const PlaneLandmark& plane = graph.at(name);
-  const SE3& T = graph.at(view.keyframe).T_map_body;
-  SE3 T_anchor_body(T.so3(), T.translation() - plane.anchor_map);
-  if (view.extrinsics != ExtrinsicsId::kNone) {
-    T_anchor_body = T_anchor_body * extrinsics_correction(graph.at(view.extrinsics));
-  }
-  return view.moments_body.cost(T_anchor_body.inverse() * plane.plane_anchor);
-}
-
-}  // namespace
-
 std::vector<PlaneId> names_of_tracks(const Graph& graph, const Tracks& tracks, double limit) {
   std::vector<std::vector<std::size_t>> views(static_cast<std::size_t>(tracks.count));
   for (std::size_t i = 0; i < tracks.track.size(); ++i) {
@@ -324,7 +310,7 @@ std::vector<PlaneId> names_of_tracks(const Graph& graph, const Tracks& tracks, d
     for (const PlaneId name : carried) {
       double sum = 0;
       for (const std::size_t i : track) {
-        sum += std::min(limit, chi_squared_under(graph, graph.plane_moments[i], name));
+        sum += std::min(limit, chi_squared(graph, graph.plane_moments[i], graph.at(name)));
       }
       if (sum < least) {
         least = sum;

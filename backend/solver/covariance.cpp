@@ -60,6 +60,10 @@ Covariances covariances(const Graph& original, const CovarianceRequest& request)
     pairs.emplace_back(pair[0], pair[1]);
   }
   result.plane_pairs = equations.plane_pair_covariances(pairs);
+  if (!request.extrinsics.empty()) {
+    result.joint_extrinsics = equations.joint_extrinsics_covariance(
+        indices_of(graph, graph.extrinsics, request.extrinsics));
+  }
   result.surfels = equations.surfel_covariances(indices_of(graph, graph.surfels, request.surfels));
   return result;
 }

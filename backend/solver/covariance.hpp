@@ -1,4 +1,4 @@
-// Exact covariances of poses, planes and surfels of a refined graph.
+// Exact covariances of poses, planes, surfels and sensors of a refined graph.
 #pragma once
 
 #include <utility>
@@ -12,6 +12,7 @@ struct CovarianceRequest {
   std::vector<KeyframeId> keyframes;
   std::vector<PlaneId> planes;
   std::vector<SurfelId> surfels;
+  std::vector<ExtrinsicsId> extrinsics;
   bool joint_keyframes = false;                          ///< also the cross terms between keyframes
   std::vector<std::pair<PlaneId, PlaneId>> plane_pairs;  ///< with their cross terms
 };
@@ -23,7 +24,9 @@ struct Covariances {
   std::vector<Eigen::Matrix3d> planes;   ///< about the anchor: (tilt, tilt, rho)
   std::vector<Eigen::Matrix3d> surfels;  ///< (height, slope.x, slope.y)
   Eigen::MatrixXd joint_keyframes;       ///< 6n x 6n when asked for
-  std::vector<Matrix6d> plane_pairs;     ///< (tilt, tilt, rho) of the one, then of the other
+  /// 6n x 6n of the sensors asked for, in the tangent of Extrinsics; zero: held.
+  Eigen::MatrixXd joint_extrinsics;
+  std::vector<Matrix6d> plane_pairs;  ///< (tilt, tilt, rho) of the one, then of the other
 };
 
 /// Blocks of (J^T J)^-1 at the graph's present states, held keyframes as refine() holds them.

@@ -1,8 +1,7 @@
 // Which engine, and what of a graph needs none.
 #include <lamina/backend/solver/engine.hpp>
 
-#include <lamina/backend/graph/factors/odometry.hpp>
-#include <lamina/backend/graph/factors/plane_moments.hpp>
+#include <lamina/backend/graph/factors/of_sensor.hpp>
 #include <lamina/backend/graph/factors/segment.hpp>
 #include <lamina/backend/solver/ceres/ceres_engine.hpp>
 #include <lamina/backend/solver/native/native_engine.hpp>
@@ -30,7 +29,12 @@ RobustWeights chi_squared_of(const Graph& graph) {
   const auto pose = [&](KeyframeId id) { return PoseState(graph.at(id).T_map_body); };
   for (const LoopFactor& f : graph.loops) {
     Vector6d r;
-    OdometryTerm(f).evaluate(pose(f.from), pose(f.to), r, nullptr);
+    if (const Extrinsics* sensor = moving_sensor(graph, f.extrinsics)) {
+      OdometryOfSensorTerm(f, *sensor)
+          .evaluate(pose(f.from), pose(f.to), PoseState(sensor->state), r, nullptr);
+    } else {
+      OdometryTerm(f).evaluate(pose(f.from), pose(f.to), r, nullptr);
+    }
     all.loops.push_back(r.squaredNorm());
   }
   for (const SegmentFactor& f : graph.segments) {
@@ -41,13 +45,7 @@ RobustWeights chi_squared_of(const Graph& graph) {
     all.segments.push_back(r.squaredNorm());
   }
   for (const PlaneMomentsFactor& f : graph.plane_moments) {
-    const PlaneLandmark& plane = graph.at(f.plane);
-    const SE3& T = graph.at(f.keyframe).T_map_body;
-    SE3 T_anchor_body(T.so3(), T.translation() - plane.anchor_map);
-    if (f.extrinsics != ExtrinsicsId::kNone) {
-      T_anchor_body = T_anchor_body * extrinsics_correction(graph.at(f.extrinsics));
-    }
-    all.plane_moments.push_back(f.moments_body.cost(T_anchor_body.inverse() * plane.plane_anchor));
+    all.plane_moments.push_back(chi_squared(graph, f, graph.at(f.plane)));
   }
   for (const CustomFactor& f : graph.custom) {
     CustomEvaluation e;

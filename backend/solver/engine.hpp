@@ -23,7 +23,8 @@ const char* to_string(SolverEngine engine);
 enum class Parts {
   kAll,
   /// Directions alone (rotations between keyframes, tilts of planes), which do not ask where
-  /// anything is: only what turns is a variable, and surfels are left out.
+  /// anything is: only what turns is a variable, and surfels are left out, sensors
+  /// held.
   kTurns
 };
 
@@ -104,8 +105,8 @@ class BatchEngine {
  public:
   virtual ~BatchEngine() = default;
 
-  /// Columns: 6 a free pose, 3 a free plane, surfel, extrinsics, custom states as they say; of
-  /// turns 3 and 2.
+  /// Columns: 6 a free pose or sensor, 3 a free plane, surfel, custom states as they say; of turns
+  /// 3 a pose, 2 a plane.
   virtual int dimension() const = 0;
   virtual CostByType cost() const = 0;
   /// Of every doubtful factor, its weight left aside; 0 for those left out.

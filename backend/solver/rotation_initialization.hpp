@@ -20,9 +20,9 @@ inline constexpr double kBends = 0.02;
 
 /// What a solver moves.
 struct GraphStates {
-  std::vector<SE3> poses;
+  std::vector<SE3> poses, sensors;
   std::vector<Plane> planes;
-  std::vector<Eigen::Vector3d> surfels, sensors;
+  std::vector<Eigen::Vector3d> surfels;
   std::vector<Eigen::VectorXd> custom;
 };
 GraphStates states_of(const Graph& graph);

@@ -17,6 +17,8 @@ struct CalibrationOptions : FrontEndOptions {
   bool calibrate_mountings = true;   ///< offline: what is seen corrects where sensors sit
   double mounting_sigma_heading_deg = 1.5;  ///< how well stated mountings are known
   double mounting_sigma_place_m = 0.03;
+  /// Offline: where sensors sit is estimated together with poses and planes, all six numbers each.
+  bool refine_extrinsics = false;
   MapperOptions mapper;
 };
 

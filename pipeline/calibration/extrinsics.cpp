@@ -103,33 +103,6 @@ MountingCorrection correction_by(const MountingError::Place& found) {
   return {Eigen::Vector3d::Zero(), {-found.value.x(), -found.value.y(), 0}};
 }
 
-// Motions that scans told with a scanner said to sit elsewhere: a body that moves as this one does,
-// corrected, is this one seen from a frame turned by T_new_old. What wheels alone told stays.
-void turn_path(std::vector<Step>& steps, std::vector<LoopClosure>& loops, const SE3& T_new_old) {
-  const SE3 T_old_new = T_new_old.inverse();
-  SE3 T_old_since, T_new_since;  // from the last scan to the step before
-  bool scanned = false;
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    SE3& moved = steps[i].motion.T_from_to;
-    if (i == 0) {
-      scanned = steps[i].scan.has_value();
-      continue;  // the first pose
-    }
-    const SE3 T_old = T_old_since * moved;
-    if (!steps[i].scan) {
-      moved = T_new_since.inverse() * T_old;
-      T_old_since = T_new_since = T_old;
-      continue;
-    }
-    const bool observed = scanned && steps[i].scan_motion &&
-                          steps[i].scan_motion->status != ScanMotion::Status::kPredicted;
-    moved = T_new_since.inverse() * (observed ? T_new_old * T_old * T_old_new : T_old);
-    T_old_since = T_new_since = SE3();
-    scanned = true;
-  }
-  for (LoopClosure& loop : loops) loop.T_from_to = T_new_old * loop.T_from_to * T_old_new;
-}
-
 std::optional<SharedWalls::Result> by_walls(const std::vector<Step>& steps, SensorKind kind) {
   SharedWalls walls;
   SE3 T_start_body;
@@ -244,6 +217,33 @@ void apply_correction(Step& step, const MountingCorrection& correction) {
   for (Eigen::Vector3d& point : o.obstacle_points_body) point = T_new_old * point;
   step.T_body_levelled = T_new_old * step.T_body_levelled;
   if (step.scan) step.scan->lidar.T_body_lidar = correction.apply(step.scan->lidar.T_body_lidar);
+}
+
+// A body that moves as this one does, corrected, is this one seen from a frame turned by T_new_old.
+// What wheels alone told stays.
+void turn_path(std::vector<Step>& steps, std::vector<LoopClosure>& loops, const SE3& T_new_old) {
+  const SE3 T_old_new = T_new_old.inverse();
+  SE3 T_old_since, T_new_since;  // from the last scan to the step before
+  bool scanned = false;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    SE3& moved = steps[i].motion.T_from_to;
+    if (i == 0) {
+      scanned = steps[i].scan.has_value();
+      continue;  // the first pose
+    }
+    const SE3 T_old = T_old_since * moved;
+    if (!steps[i].scan) {
+      moved = T_new_since.inverse() * T_old;
+      T_old_since = T_new_since = T_old;
+      continue;
+    }
+    const bool observed = scanned && steps[i].scan_motion &&
+                          steps[i].scan_motion->status != ScanMotion::Status::kPredicted;
+    moved = T_new_since.inverse() * (observed ? T_new_old * T_old * T_old_new : T_old);
+    T_old_since = T_new_since = SE3();
+    scanned = true;
+  }
+  for (LoopClosure& loop : loops) loop.T_from_to = T_new_old * loop.T_from_to * T_old_new;
 }
 
 MountingCalibration calibrate_mountings(std::vector<Step>& steps, std::vector<LoopClosure>& loops,

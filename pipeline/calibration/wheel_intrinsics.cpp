@@ -34,6 +34,12 @@ bool observed_by_wheels(const Step& step) {
   return step.motion_known && !step.tracking_lost && !step.by_image;
 }
 
+bool observed_by_sensor(const Step& step) {
+  if (!step.motion_known || step.tracking_lost) return false;
+  return step.by_image ||
+         (step.scan_motion && step.scan_motion->status == ScanMotion::Status::kTracked);
+}
+
 bool one_kind_of_camera(const std::vector<Step>& steps) {
   return std::all_of(steps.begin(), steps.end(), [&steps](const Step& step) {
     return step.observations.sensor == steps.front().observations.sensor;
@@ -51,7 +57,7 @@ Graph quick_map(const std::vector<Step>& steps, const Vector& errors, const Mapp
   for (std::size_t i = 0; i < steps.size() && !ended(); ++i) {
     // The first motion is the first pose.
     const SE3 T = i == 0 ? steps[i].motion.T_from_to : corrected_motion(steps[i], errors);
-    mapper.add(steps[i].observations, T, steps[i].motion.covariance);
+    mapper.add(steps[i].observations, T, steps[i].motion.covariance, observed_by_sensor(steps[i]));
   }
   RefineOptions quick;
   quick.thorough = false;

@@ -24,6 +24,9 @@ Eigen::Vector2d camera_place(const std::vector<Step>& steps);
 /// The motion is the wheels' own word.
 bool observed_by_wheels(const Step& step);
 
+/// The motion is that of the step's own sensor: its scans matched, or its images.
+bool observed_by_sensor(const Step& step);
+
 /// Depth images, stereo pairs or clouds, and not two of these.
 bool one_kind_of_camera(const std::vector<Step>& steps);
 

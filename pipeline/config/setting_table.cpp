@@ -174,6 +174,9 @@ std::vector<Setting> segment_rows() {
                  "1-sigma of stated headings of sensors: in planes' sigmas, nowhere else"),
       LAMINA_ROW("mountings.sigma_place_m", mounting_sigma_place_m,
                  "m; 1-sigma of their stated places across the floor, likewise"),
+      LAMINA_ROW("refine.extrinsics", refine_extrinsics,
+                 "offline, and by `refine`: estimate where each sensor sits, all six numbers, "
+                 "together with poses and planes; adopted where that lowers the whole"),
       LAMINA_ROW("wheels.calibrate", calibrate_wheels,
                  "a first look by scans tells the wheels' scale, without scans a first map of "
                  "images scale "

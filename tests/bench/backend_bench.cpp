@@ -14,7 +14,7 @@
 
 #include <lamina/backend/graph/factors/gravity.hpp>
 #include <lamina/backend/graph/factors/odometry.hpp>
-#include <lamina/backend/graph/factors/plane_moments.hpp>
+#include <lamina/backend/graph/factors/of_sensor.hpp>
 #include <lamina/backend/graph/factors/prior.hpp>
 #include <lamina/backend/graph/factors/segment.hpp>
 #include <lamina/backend/graph/factors/surfel_moments.hpp>
@@ -108,7 +108,7 @@ void factors() {
   const SE3 a(SO3::exp({0.2, 0.1, 1}), {1, 2, 1}), b(SO3::exp({0.1, 0.3, 1.2}), {2, 2.4, 1.1});
   const Plane plane({1, 0.2, 0.1}, 4);
   const Eigen::Vector3d anchor(4, 2, 0);
-  const std::vector<double> surfel = {0.01, 0.1, -0.05}, sensor = {0.02, 0.03, 0.01};
+  const std::vector<double> surfel = {0.01, 0.1, -0.05};
   Moments moments;
   for (int i = 0; i < 20; ++i) moments.add({4, 0.3 * (i % 5), 0.4 * (i / 5)}, 1e3);
   const SE3 T_body_cell = SE3::from_translation({1, 0.4, 0});
@@ -130,11 +130,14 @@ void factors() {
       new ceres::AutoDiffCostFunction<twins::PlaneMoments, 4, 7, 4>(
           new twins::PlaneMoments(m_twin)),
       {block(a), block(plane)});
-  row("plane moments, extrinsics",
-      make_cost(PlaneMomentsExtrinsicsTerm(moments, anchor, {0.2, 0, 1})),
-      new ceres::AutoDiffCostFunction<twins::PlaneMomentsExtrinsics, 4, 7, 4, 3>(
-          new twins::PlaneMomentsExtrinsics{m_twin, {0.2, 0, 1}}),
-      {block(a), block(plane), sensor});
+  const SE3 E = SE3::from_translation({0.2, 0, 1});
+  const PlaneMomentsOfSensorTerm e(moments, anchor, Extrinsics::at("depth_camera", E));
+  const PlaneMomentsTerm& e_own = e.of_sensor;
+  row("plane moments of a sensor", make_cost(e),
+      new ceres::AutoDiffCostFunction<twins::PlaneMomentsOfSensor, 4, 7, 4, 7>(
+          new twins::PlaneMomentsOfSensor{
+              {e_own.root_weight, e_own.mean_body, e_own.anchor_map, e_own.rows}}),
+      {block(a), block(plane), block(E)});
   SegmentFactor segment;
   segment.end_body = {1, 2, 0};
   row("segment", make_cost(SegmentTerm(segment, anchor)),

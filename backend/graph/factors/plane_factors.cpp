@@ -1,4 +1,4 @@
-// Residuals between poses and planes: moments, extrinsics, scan segments.
+// Residuals between poses and planes: moments, scan segments.
 #include <cmath>
 
 #include <lamina/backend/graph/factors/plane_moments.hpp>
@@ -11,43 +11,6 @@ PlaneMomentsTerm::PlaneMomentsTerm(const Moments& moments_body, const Eigen::Vec
       mean_body(moments_body.mean()),
       rows(scatter_root(moments_body.scatter())),
       anchor_map(anchor) {}
-
-SE3 extrinsics_correction(const Extrinsics& sensor) {
-  const SO3 Q = SO3::rot_y(sensor.state.y()) * SO3::rot_x(sensor.state.x());
-  const Eigen::Vector3d& s = sensor.T_body_sensor.translation();
-  return SE3(Q, s - Q * s + Eigen::Vector3d(0, 0, sensor.state.z()));
-}
-
-void PlaneMomentsExtrinsicsTerm::evaluate(const PoseState& pose, const PlaneState& plane,
-                                          const FlatState& sensor, Residual& residual,
-                                          Jacobians* J) const {
-  const Eigen::Matrix3d R_pitch = SO3::rot_y(sensor.x.y()).matrix();
-  const Eigen::Matrix3d Q = R_pitch * SO3::rot_x(sensor.x.x()).matrix();
-  const Eigen::Vector3d arm = Q * (nominal.mean_body - sensor_body);
-  PlaneMomentsTerm corrected = nominal;
-  corrected.mean_body = sensor_body + arm + Eigen::Vector3d(0, 0, sensor.x.z());
-  corrected.rows = nominal.rows * Q.transpose();
-  if (J == nullptr) {
-    corrected.evaluate(pose, plane, residual, nullptr);
-    return;
-  }
-  PlaneMomentsTerm::Jacobians inner;
-  corrected.evaluate(pose, plane, residual, &inner);
-  std::get<0>(*J) = std::get<0>(inner);
-  std::get<1>(*J) = std::get<1>(inner);
-  // A small turn w (body axes, on the left of Q) moves Q v by w x Q v: n.(w x v) = w.(v x n).
-  // Roll turns about R_y(pitch) x, pitch about y.
-  const Eigen::Vector3d n_body = pose.R.transpose() * plane.n;
-  Matrix32d axes;
-  axes << R_pitch.col(0), Eigen::Vector3d::UnitY();
-  auto& J_sensor = std::get<2>(*J);
-  const double w = nominal.root_weight;
-  J_sensor.row(0) << w * arm.cross(n_body).transpose() * axes, w * n_body.z();
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d l = corrected.rows.row(k);
-    J_sensor.row(k + 1) << l.cross(n_body).transpose() * axes, 0;
-  }
-}
 
 SegmentTerm::SegmentTerm(const SegmentFactor& f, const Eigen::Vector3d& anchor)
     : middle_body(0.5 * (f.start_body + f.end_body)),

@@ -9,9 +9,6 @@
 //
 // With T exp(d):  dd/dT = (n_body, c x n_body),  d(l.n_body)/dT = (0, l x n_body),
 //                 dd/dplane = ((R c + t - anchor)^T B, -1),  d(l.n_body)/dplane = (l^T R^T B, 0).
-//
-// With extrinsics: points are C(x), C x = s + Q (x - s) + (0, 0, h), Q = R_y(pitch) R_x(roll); c
-// and l_k above are replaced by C c and Q l_k, and the derivatives to (roll, pitch, h) follow.
 #pragma once
 
 #include <lamina/backend/graph/graph.hpp>
@@ -54,24 +51,5 @@ struct PlaneMomentsTerm {
     }
   }
 };
-
-struct PlaneMomentsExtrinsicsTerm {
-  static constexpr int kResiduals = 4;
-  using Residual = Eigen::Vector4d;
-  using Jacobians = TermJacobians<4, PoseState, PlaneState, FlatState>;
-  PlaneMomentsTerm nominal;
-  Eigen::Vector3d sensor_body = Eigen::Vector3d::Zero();  ///< s
-
-  PlaneMomentsExtrinsicsTerm() = default;
-  PlaneMomentsExtrinsicsTerm(const Moments& moments_body, const Eigen::Vector3d& anchor,
-                             const Eigen::Vector3d& sensor)
-      : nominal(moments_body, anchor), sensor_body(sensor) {}
-
-  void evaluate(const PoseState& pose, const PlaneState& plane, const FlatState& sensor,
-                Residual& residual, Jacobians* J) const;
-};
-
-/// C(state) as a motion of the body frame: x_body = C x_body_nominal.
-SE3 extrinsics_correction(const Extrinsics& sensor);
 
 }  // namespace lamina

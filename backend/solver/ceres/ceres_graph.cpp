@@ -10,8 +10,7 @@
 #include <utility>
 
 #include <lamina/backend/graph/factors/gravity.hpp>
-#include <lamina/backend/graph/factors/odometry.hpp>
-#include <lamina/backend/graph/factors/plane_moments.hpp>
+#include <lamina/backend/graph/factors/of_sensor.hpp>
 #include <lamina/backend/graph/factors/prior.hpp>
 #include <lamina/backend/graph/factors/segment.hpp>
 #include <lamina/backend/graph/factors/surfel_moments.hpp>
@@ -80,7 +79,8 @@ class WeightedLoss final : public ceres::LossFunction {
 struct CeresGraph::Impl {
   std::vector<Block<PoseState>> poses;
   std::vector<Block<PlaneState>> planes;
-  std::vector<Block<FlatState>> surfels, extrinsics;
+  std::vector<Block<FlatState>> surfels;
+  std::vector<Block<PoseState>> extrinsics;
   std::vector<CustomState> custom;  ///< their values are the blocks
   std::vector<bool> may_be_wrong;   ///< by custom factor
   StateManifolds manifolds;
@@ -147,11 +147,10 @@ void CeresGraph::Impl::add_blocks(const Graph& graph) {
     add_block(surfels[i], nullptr, turns_only);
   }
   for (std::size_t i = 0; i < extrinsics.size(); ++i) {
-    FlatState(graph.extrinsics[i].state).write(extrinsics[i].data());
-    add_block(extrinsics[i], turns_only ? &m.extrinsics_turn : nullptr,
-              !graph.extrinsics[i].estimate);
+    PoseState(graph.extrinsics[i].state).write(extrinsics[i].data());
+    add_block(extrinsics[i], &m.pose, !graph.extrinsics[i].estimate || turns_only);
     if (graph.extrinsics[i].estimate) {
-      add(FactorType::kPrior, make_cost(ExtrinsicsPriorTerm(graph.extrinsics[i])), nullptr,
+      add(FactorType::kPrior, make_cost(PriorTerm(graph.extrinsics[i])), nullptr,
           extrinsics[i].data());
     }
   }
@@ -193,10 +192,15 @@ void CeresGraph::Impl::add_pose_factors(const Graph& g) {
   const auto observed = [this](auto factor, int positions) {
     return turns_only ? without_positions(std::move(factor), positions) : factor;
   };
-  for (const auto& f : g.odometry) {
-    add(FactorType::kOdometry, make_cost(OdometryTerm(observed(f, 3))), nullptr, pose(g, f.from),
-        pose(g, f.to));
-  }
+  const auto add_motion = [&](FactorType type, const auto& f, ceres::LossFunction* loss) {
+    if (const Extrinsics* e = moving_sensor(g, f.extrinsics)) {
+      add(type, make_cost(OdometryOfSensorTerm(observed(f, 3), *e)), loss, pose(g, f.from),
+          pose(g, f.to), extrinsics[index_in(g.extrinsics, *e)].data());
+    } else {
+      add(type, make_cost(OdometryTerm(observed(f, 3))), loss, pose(g, f.from), pose(g, f.to));
+    }
+  };
+  for (const auto& f : g.odometry) add_motion(FactorType::kOdometry, f, nullptr);
   for (const auto& f : g.planar_odometry) {
     add(FactorType::kPlanarOdometry, make_cost(PlanarOdometryTerm(observed(f, 2))), nullptr,
         pose(g, f.from), pose(g, f.to));
@@ -206,8 +210,7 @@ void CeresGraph::Impl::add_pose_factors(const Graph& g) {
     const LoopFactor& f = g.loops[i];
     if (!(f.weight > 0)) continue;
     weights.loops[i] = f.weight;
-    add(FactorType::kLoop, make_cost(OdometryTerm(observed(f, 3))), new Weighted(weights.loops[i]),
-        pose(g, f.from), pose(g, f.to));
+    add_motion(FactorType::kLoop, f, new Weighted(weights.loops[i]));
   }
   for (const auto& f : g.priors) {
     add(FactorType::kPrior, make_cost(PriorTerm(observed(f, 3))), nullptr, pose(g, f.keyframe));
@@ -230,19 +233,20 @@ void CeresGraph::Impl::add_plane_factors(const Graph& g) {
     const PlaneMomentsFactor& f = g.plane_moments[i];
     if (!(f.weight > 0)) continue;
     weights.plane_moments[i] = f.weight;
-    ceres::LossFunction* loss = new Weighted(weights.plane_moments[i]);
-    const Moments moments = turns_only ? without_positions(f.moments_body) : f.moments_body;
     const Eigen::Vector3d& anchor = g.at(f.plane).anchor_map;
-    if (f.extrinsics == ExtrinsicsId::kNone) {
-      add(FactorType::kPlaneMoments, make_cost(PlaneMomentsTerm(moments, anchor)), loss,
-          pose(g, f.keyframe), plane(g, f.plane));
-      continue;
-    }
-    const Extrinsics& sensor = g.at(f.extrinsics);
-    add(FactorType::kPlaneMoments,
-        make_cost(PlaneMomentsExtrinsicsTerm(moments, anchor, sensor.T_body_sensor.translation())),
-        loss, pose(g, f.keyframe), plane(g, f.plane),
-        extrinsics[index_in(g.extrinsics, sensor)].data());
+    for_each_part(g, f, [&](const Moments& part, const Extrinsics* sensor) {
+      ceres::LossFunction* loss = new Weighted(weights.plane_moments[i]);
+      const Moments moments = turns_only ? without_positions(part) : part;
+      if (sensor == nullptr) {
+        add(FactorType::kPlaneMoments, make_cost(PlaneMomentsTerm(moments, anchor)), loss,
+            pose(g, f.keyframe), plane(g, f.plane));
+      } else {
+        add(FactorType::kPlaneMoments,
+            make_cost(PlaneMomentsOfSensorTerm(moments, anchor, *sensor)), loss,
+            pose(g, f.keyframe), plane(g, f.plane),
+            extrinsics[index_in(g.extrinsics, *sensor)].data());
+      }
+    });
   }
   weights.segments.assign(g.segments.size(), 0);
   for (std::size_t i = 0; i < g.segments.size(); ++i) {
@@ -340,7 +344,8 @@ void CeresGraph::hold_turns(bool held) {
                         held ? &m.plane_distance : static_cast<ceres::Manifold*>(&m.plane));
   }
   for (auto& sensor : impl_->extrinsics) {
-    problem.SetManifold(sensor.data(), held ? &m.extrinsics_height : nullptr);
+    problem.SetManifold(sensor.data(),
+                        held ? &m.pose_position : static_cast<ceres::Manifold*>(&m.pose));
   }
 }
 
@@ -355,7 +360,7 @@ void CeresGraph::read(const Graph& graph) {
     FlatState(graph.surfels[i].state).write(impl_->surfels[i].data());
   }
   for (std::size_t i = 0; i < graph.extrinsics.size(); ++i) {
-    FlatState(graph.extrinsics[i].state).write(impl_->extrinsics[i].data());
+    PoseState(graph.extrinsics[i].state).write(impl_->extrinsics[i].data());
   }
   for (std::size_t i = 0; i < impl_->custom.size(); ++i) {
     Eigen::VectorXd& values = impl_->custom[i].values;  // stays where it is: it is a block
@@ -376,7 +381,8 @@ void CeresGraph::write(Graph& graph) const {
     graph.surfels[i].state = FlatState(impl_->surfels[i].data()).x;
   }
   for (std::size_t i = 0; i < graph.extrinsics.size(); ++i) {
-    graph.extrinsics[i].state = FlatState(impl_->extrinsics[i].data()).x;
+    if (!graph.extrinsics[i].estimate) continue;
+    graph.extrinsics[i].state = PoseState(impl_->extrinsics[i].data()).se3();
   }
   for (std::size_t i = 0; i < impl_->custom.size(); ++i) {
     graph.custom_states[i].values = impl_->custom[i].values;

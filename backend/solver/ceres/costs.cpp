@@ -7,8 +7,7 @@
 
 #include <lamina/backend/graph/factors/gravity.hpp>
 #include <lamina/backend/graph/factors/marginal_prior.hpp>
-#include <lamina/backend/graph/factors/odometry.hpp>
-#include <lamina/backend/graph/factors/plane_moments.hpp>
+#include <lamina/backend/graph/factors/of_sensor.hpp>
 #include <lamina/backend/graph/factors/prior.hpp>
 #include <lamina/backend/graph/factors/segment.hpp>
 #include <lamina/backend/graph/factors/surfel_moments.hpp>
@@ -105,14 +104,14 @@ ceres::CostFunction* make_cost(const PlanarOdometryTerm& term) {
 ceres::CostFunction* make_cost(const PriorTerm& term) {
   return new TermCost<PriorTerm, PoseState>(term);
 }
-ceres::CostFunction* make_cost(const ExtrinsicsPriorTerm& term) {
-  return new TermCost<ExtrinsicsPriorTerm, FlatState>(term);
-}
 ceres::CostFunction* make_cost(const PlaneMomentsTerm& term) {
   return new TermCost<PlaneMomentsTerm, PoseState, PlaneState>(term);
 }
-ceres::CostFunction* make_cost(const PlaneMomentsExtrinsicsTerm& term) {
-  return new TermCost<PlaneMomentsExtrinsicsTerm, PoseState, PlaneState, FlatState>(term);
+ceres::CostFunction* make_cost(const OdometryOfSensorTerm& term) {
+  return new TermCost<OdometryOfSensorTerm, PoseState, PoseState, PoseState>(term);
+}
+ceres::CostFunction* make_cost(const PlaneMomentsOfSensorTerm& term) {
+  return new TermCost<PlaneMomentsOfSensorTerm, PoseState, PlaneState, PoseState>(term);
 }
 ceres::CostFunction* make_cost(const SegmentTerm& term) {
   return new TermCost<SegmentTerm, PoseState, PlaneState>(term);

@@ -50,9 +50,8 @@ class SubManifold final : public ceres::Manifold {
 struct StateManifolds {
   PoseManifold pose;
   PlaneManifold plane;
-  ceres::EuclideanManifold<3> flat;
-  SubManifold pose_turn{pose, 3, 3}, plane_turn{plane, 0, 2}, extrinsics_turn{flat, 0, 2};
-  SubManifold pose_position{pose, 0, 3}, plane_distance{plane, 2, 1}, extrinsics_height{flat, 2, 1};
+  SubManifold pose_turn{pose, 3, 3}, plane_turn{plane, 0, 2};
+  SubManifold pose_position{pose, 0, 3}, plane_distance{plane, 2, 1};
 
   StateManifolds() = default;
   StateManifolds(const StateManifolds&) = delete;

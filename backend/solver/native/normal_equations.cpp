@@ -19,9 +19,10 @@ void NormalEquations::set_weights(const RobustWeights& weights) {
     for (std::size_t i = 0; i < factors.size(); ++i) out[i] = all[factors[i]];
   };
   pick(weights.loops, impl_->loop_factor, impl_->loop_weights);
+  pick(weights.loops, impl_->loop_of_sensor_factor, impl_->loop_of_sensor_weights);
   pick(weights.segments, impl_->segment_factor, impl_->segment_weights);
   pick(weights.plane_moments, impl_->moments_factor, impl_->moments_weights);
-  pick(weights.plane_moments, impl_->moments_extrinsics_factor, impl_->moments_extrinsics_weights);
+  pick(weights.plane_moments, impl_->moments_of_sensor_factor, impl_->moments_of_sensor_weights);
   for (auto& custom : impl_->customs) {
     if (custom.factor.may_be_wrong) custom.factor.weight = weights.custom[custom.index];
   }
@@ -45,12 +46,13 @@ RobustWeights NormalEquations::chi_squared() const {
                           std::vector<double>& out) {
     std::vector<double> chi2;
     group.chi_squared(impl_->states, chi2);
-    for (std::size_t i = 0; i < factors.size(); ++i) out[factors[i]] = chi2[i];
+    for (std::size_t i = 0; i < factors.size(); ++i) out[factors[i]] += chi2[i];
   };
   put(impl_->loops, impl_->loop_factor, all.loops);
+  put(impl_->loops_of_sensor, impl_->loop_of_sensor_factor, all.loops);
   put(impl_->segments, impl_->segment_factor, all.segments);
   put(impl_->moments, impl_->moments_factor, all.plane_moments);
-  put(impl_->moments_extrinsics, impl_->moments_extrinsics_factor, all.plane_moments);
+  put(impl_->moments_of_sensor, impl_->moments_of_sensor_factor, all.plane_moments);
   all.custom.resize(impl_->custom_count);
   for (const auto& custom : impl_->customs) {
     CustomEvaluation e;
@@ -152,7 +154,7 @@ void NormalEquations::read(const Graph& graph) {
     s.surfels.now[i] = FlatState(graph.surfels[i].state);
   }
   for (std::size_t i = 0; i < graph.extrinsics.size(); ++i) {
-    s.extrinsics.now[i] = FlatState(graph.extrinsics[i].state);
+    s.extrinsics.now[i] = PoseState(graph.extrinsics[i].state);
   }
   impl_->own_now = graph.custom_states;
   impl_->anchors = impl_->graph_anchors;
@@ -173,7 +175,7 @@ void NormalEquations::write(Graph& graph) const {
     graph.surfels[i].state = s.surfels.now[i].x;
   }
   for (std::size_t i = 0; i < graph.extrinsics.size(); ++i) {
-    graph.extrinsics[i].state = s.extrinsics.now[i].x;
+    if (s.extrinsics.variable[i] != kHeld) graph.extrinsics[i].state = s.extrinsics.now[i].se3();
   }
   for (std::size_t i = 0; i < graph.custom_states.size(); ++i) {
     if (impl_->own_variable[i] != kHeld) graph.custom_states[i].values = impl_->own_now[i].values;
@@ -223,24 +225,37 @@ std::vector<Eigen::Matrix3d> NormalEquations::surfel_covariances(
   return blocks_of<3>(*impl_->matrix, indices, impl_->states.surfels);
 }
 
-Eigen::MatrixXd NormalEquations::joint_pose_covariance(const std::vector<std::size_t>& indices) {
+namespace {
+// Of states of six numbers, cross terms included.
+Eigen::MatrixXd joint_of(BlockCholesky& matrix, const std::vector<std::size_t>& indices,
+                         const States<PoseState>& kind) {
   std::vector<int> variables;
   std::vector<Eigen::Index> rows;
   for (std::size_t i = 0; i < indices.size(); ++i) {
-    const int variable = impl_->states.poses.variable[indices[i]];
+    const int variable = kind.variable[indices[i]];
     if (variable == kHeld) continue;
     variables.push_back(variable);
     for (int k = 0; k < 6; ++k) rows.push_back(static_cast<Eigen::Index>(6 * i) + k);
   }
   const auto size = static_cast<Eigen::Index>(6 * indices.size());
   Eigen::MatrixXd joint = Eigen::MatrixXd::Zero(size, size);
-  const Eigen::MatrixXd free = impl_->matrix->inverse_of(variables);
+  const Eigen::MatrixXd free = matrix.inverse_of(variables);
   for (Eigen::Index a = 0; a < free.rows(); ++a) {
     for (Eigen::Index b = 0; b < free.cols(); ++b) {
       joint(rows[std::size_t(a)], rows[std::size_t(b)]) = free(a, b);
     }
   }
   return joint;
+}
+}  // namespace
+
+Eigen::MatrixXd NormalEquations::joint_pose_covariance(const std::vector<std::size_t>& indices) {
+  return joint_of(*impl_->matrix, indices, impl_->states.poses);
+}
+
+Eigen::MatrixXd NormalEquations::joint_extrinsics_covariance(
+    const std::vector<std::size_t>& indices) {
+  return joint_of(*impl_->matrix, indices, impl_->states.extrinsics);
 }
 
 std::vector<Matrix6d> NormalEquations::plane_pair_covariances(

@@ -20,7 +20,7 @@ class NormalEquations {
   NormalEquations(const NormalEquations&) = delete;
   NormalEquations& operator=(const NormalEquations&) = delete;
 
-  /// Columns: 6 a free pose, 3 a free plane, surfel, extrinsics; of turns 3 and 2.
+  /// Columns: 6 a free pose or sensor, 3 a free plane, surfel; of turns 3 a pose, 2 a plane.
   int dimension() const;
   /// New weights for the factors that were taken in.
   void set_weights(const RobustWeights& weights);
@@ -56,8 +56,9 @@ class NormalEquations {
   std::vector<Matrix6d> pose_covariances(const std::vector<std::size_t>& indices);
   std::vector<Eigen::Matrix3d> plane_covariances(const std::vector<std::size_t>& indices);
   std::vector<Eigen::Matrix3d> surfel_covariances(const std::vector<std::size_t>& indices);
-  /// Joint covariance of poses, cross terms included.
+  /// Joint covariance of poses, or of sensors, cross terms included.
   Eigen::MatrixXd joint_pose_covariance(const std::vector<std::size_t>& indices);
+  Eigen::MatrixXd joint_extrinsics_covariance(const std::vector<std::size_t>& indices);
   /// Joint covariances of pairs of planes, each about the graph's anchor: (tilt, tilt, rho) of the
   /// one, then of the other.
   std::vector<Matrix6d> plane_pair_covariances(

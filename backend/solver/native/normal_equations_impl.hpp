@@ -7,8 +7,7 @@
 
 #include <lamina/backend/graph/factors/gravity.hpp>
 #include <lamina/backend/graph/factors/marginal_prior.hpp>
-#include <lamina/backend/graph/factors/odometry.hpp>
-#include <lamina/backend/graph/factors/plane_moments.hpp>
+#include <lamina/backend/graph/factors/of_sensor.hpp>
 #include <lamina/backend/graph/factors/prior.hpp>
 #include <lamina/backend/graph/factors/segment.hpp>
 #include <lamina/backend/graph/factors/surfel_moments.hpp>
@@ -22,17 +21,19 @@ struct NormalEquations::Impl {
   std::vector<int> sizes;  ///< of variables
   detail::Group<detail::Kernel::kNone, OdometryTerm, detail::PoseKind, detail::PoseKind> odometry,
       loops;
+  detail::Group<detail::Kernel::kNone, OdometryOfSensorTerm, detail::PoseKind, detail::PoseKind,
+                detail::ExtrinsicsKind>
+      odometry_of_sensor, loops_of_sensor;
   detail::Group<detail::Kernel::kNone, PlanarOdometryTerm, detail::PoseKind, detail::PoseKind>
       planar;
   detail::Group<detail::Kernel::kNone, PriorTerm, detail::PoseKind> priors;
   detail::Group<detail::Kernel::kNone, GravityTerm, detail::PoseKind> gravity;
-  detail::Group<detail::Kernel::kNone, ExtrinsicsPriorTerm, detail::ExtrinsicsKind>
-      extrinsics_priors;
+  detail::Group<detail::Kernel::kNone, PriorTerm, detail::ExtrinsicsKind> extrinsics_priors;
   detail::Group<detail::Kernel::kNone, PlaneMomentsTerm, detail::PoseKind, detail::PlaneKind>
       moments;
-  detail::Group<detail::Kernel::kNone, PlaneMomentsExtrinsicsTerm, detail::PoseKind,
+  detail::Group<detail::Kernel::kNone, PlaneMomentsOfSensorTerm, detail::PoseKind,
                 detail::PlaneKind, detail::ExtrinsicsKind>
-      moments_extrinsics;
+      moments_of_sensor;
   detail::Group<detail::Kernel::kNone, SegmentTerm, detail::PoseKind, detail::PlaneKind> segments;
   detail::Group<detail::Kernel::kNone, SurfelMomentsOwnTerm, detail::SurfelKind> surfels_own;
   detail::Group<detail::Kernel::kNone, SurfelMomentsTerm, detail::PoseKind, detail::PoseKind,
@@ -60,10 +61,12 @@ struct NormalEquations::Impl {
   std::vector<CustomState> own_now, own_before;  ///< states of the user's own
   std::vector<int> own_variable;                 ///< detail::kHeld or the column block
   std::size_t custom_count = 0;                  ///< in the graph
-  // Which factor of the graph a doubtful term is.
-  std::vector<std::size_t> loop_factor, moments_factor, moments_extrinsics_factor, segment_factor;
+  // Which factor of the graph a doubtful term is (or is part of).
+  std::vector<std::size_t> loop_factor, loop_of_sensor_factor, moments_factor,
+      moments_of_sensor_factor, segment_factor;
   std::size_t loop_count = 0, moments_count = 0, segment_count = 0;  ///< in the graph
-  std::vector<double> loop_weights, moments_weights, moments_extrinsics_weights, segment_weights;
+  std::vector<double> loop_weights, loop_of_sensor_weights, moments_weights,
+      moments_of_sensor_weights, segment_weights;
   std::unique_ptr<BlockCholesky> matrix;
   Eigen::VectorXd gradient;
   // Where planes' distances are taken while solving: the middle of their evidence, and carried
@@ -108,13 +111,15 @@ template <class F>
 void NormalEquations::Impl::each_group(F&& f) {
   static const std::vector<double> kOnes;
   f(FactorType::kOdometry, odometry, kOnes);
+  f(FactorType::kOdometry, odometry_of_sensor, kOnes);
   f(FactorType::kPlanarOdometry, planar, kOnes);
   f(FactorType::kLoop, loops, loop_weights);
+  f(FactorType::kLoop, loops_of_sensor, loop_of_sensor_weights);
   f(FactorType::kPrior, priors, kOnes);
   f(FactorType::kPrior, extrinsics_priors, kOnes);
   f(FactorType::kGravity, gravity, kOnes);
   f(FactorType::kPlaneMoments, moments, moments_weights);
-  f(FactorType::kPlaneMoments, moments_extrinsics, moments_extrinsics_weights);
+  f(FactorType::kPlaneMoments, moments_of_sensor, moments_of_sensor_weights);
   f(FactorType::kSegment, segments, segment_weights);
   f(FactorType::kSurfelMoments, surfels_own, kOnes);
   f(FactorType::kSurfelMoments, surfels, kOnes);

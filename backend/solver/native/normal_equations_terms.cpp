@@ -51,7 +51,7 @@ void NormalEquations::Impl::make_states(const Graph& graph) {
     add(states.surfels, FlatState(s.state), states.turns_only);
   }
   for (const Extrinsics& e : graph.extrinsics) {
-    add(states.extrinsics, FlatState(e.state), !e.estimate);
+    add(states.extrinsics, PoseState(e.state), !e.estimate || states.turns_only);
   }
 }
 
@@ -67,9 +67,18 @@ void NormalEquations::Impl::make_pose_terms(const Graph& graph) {
   const auto observed = [this](auto factor, int positions) {
     return states.turns_only ? without_positions(std::move(factor), positions) : factor;
   };
-  for (const auto& f : graph.odometry) {
-    odometry.add(OdometryTerm(observed(f, 3)), {pose(f.from), pose(f.to)});
-  }
+  // `whole`: of the body where no sensor moves, `of_sensor`: else. True for the former.
+  const auto add = [&](const auto& f, auto& whole, auto& of_sensor) {
+    const Extrinsics* sensor = moving_sensor(graph, f.extrinsics);
+    if (sensor == nullptr) {
+      whole.add(OdometryTerm(observed(f, 3)), {pose(f.from), pose(f.to)});
+    } else {
+      of_sensor.add(OdometryOfSensorTerm(observed(f, 3), *sensor),
+                    {pose(f.from), pose(f.to), index_in(graph.extrinsics, *sensor)});
+    }
+    return sensor == nullptr;
+  };
+  for (const auto& f : graph.odometry) add(f, odometry, odometry_of_sensor);
   for (const auto& f : graph.planar_odometry) {
     planar.add(PlanarOdometryTerm(observed(f, 2)), {pose(f.from), pose(f.to)});
   }
@@ -77,15 +86,15 @@ void NormalEquations::Impl::make_pose_terms(const Graph& graph) {
   for (std::size_t i = 0; i < loop_count; ++i) {
     const LoopFactor& f = graph.loops[i];
     if (!(f.weight > 0)) continue;
-    loops.add(OdometryTerm(observed(f, 3)), {pose(f.from), pose(f.to)});
-    loop_factor.push_back(i);
-    loop_weights.push_back(f.weight);
+    const bool whole = add(f, loops, loops_of_sensor);
+    (whole ? loop_factor : loop_of_sensor_factor).push_back(i);
+    (whole ? loop_weights : loop_of_sensor_weights).push_back(f.weight);
   }
   for (const auto& f : graph.priors) priors.add(PriorTerm(observed(f, 3)), {pose(f.keyframe)});
   for (const auto& f : graph.gravity) gravity.add(GravityTerm(f), {pose(f.keyframe)});
   for (const auto& e : graph.extrinsics) {
     if (e.estimate) {
-      extrinsics_priors.add(ExtrinsicsPriorTerm(e), {index_in(graph.extrinsics, e)});
+      extrinsics_priors.add(PriorTerm(e), {index_in(graph.extrinsics, e)});
     }
   }
 }
@@ -101,18 +110,18 @@ void NormalEquations::Impl::make_plane_terms(const Graph& graph) {
     const PlaneLandmark& plane = graph.at(f.plane);
     const int k = index_in(graph.keyframes, graph.at(f.keyframe));
     const int p = index_in(graph.planes, plane);
-    if (f.extrinsics == ExtrinsicsId::kNone) {
-      moments.add(PlaneMomentsTerm(observed(f.moments_body), plane.anchor_map), {k, p});
-      moments_factor.push_back(i);
-      moments_weights.push_back(f.weight);
-      continue;
-    }
-    const Extrinsics& sensor = graph.at(f.extrinsics);
-    moments_extrinsics.add(PlaneMomentsExtrinsicsTerm(observed(f.moments_body), plane.anchor_map,
-                                                      sensor.T_body_sensor.translation()),
-                           {k, p, index_in(graph.extrinsics, sensor)});
-    moments_extrinsics_factor.push_back(i);
-    moments_extrinsics_weights.push_back(f.weight);
+    for_each_part(graph, f, [&](const Moments& part, const Extrinsics* sensor) {
+      if (sensor == nullptr) {
+        moments.add(PlaneMomentsTerm(observed(part), plane.anchor_map), {k, p});
+        moments_factor.push_back(i);
+        moments_weights.push_back(f.weight);
+        return;
+      }
+      moments_of_sensor.add(PlaneMomentsOfSensorTerm(observed(part), plane.anchor_map, *sensor),
+                            {k, p, index_in(graph.extrinsics, *sensor)});
+      moments_of_sensor_factor.push_back(i);
+      moments_of_sensor_weights.push_back(f.weight);
+    });
   }
   segment_count = graph.segments.size();
   for (std::size_t i = 0; i < segment_count; ++i) {
@@ -170,24 +179,26 @@ void NormalEquations::Impl::make_marginals(const Graph& graph) {
 void NormalEquations::Impl::tell_anchors() {
   const auto anchor = [this](int plane) { return anchors[static_cast<std::size_t>(plane)]; };
   moments.each([&](auto& term, const auto& index) { term.anchor_map = anchor(index[1]); });
-  moments_extrinsics.each(
-      [&](auto& term, const auto& index) { term.nominal.anchor_map = anchor(index[1]); });
+  moments_of_sensor.each(
+      [&](auto& term, const auto& index) { term.of_sensor.anchor_map = anchor(index[1]); });
   segments.each([&](auto& term, const auto& index) { term.anchor_map = anchor(index[1]); });
   parents.each([&](auto& term, const auto& index) { term.anchor_map = anchor(index[1]); });
 }
 
 std::vector<Eigen::Vector4d> NormalEquations::Impl::evidence_middles() {
   std::vector<Eigen::Vector4d> sums(anchors.size(), Eigen::Vector4d::Zero());
-  const auto collect = [&](int pose, int plane, const Eigen::Vector3d& mean_body) {
-    const PoseState& T = states.poses.now[static_cast<std::size_t>(pose)];
+  const auto collect = [&](const PoseState& T, int plane, const Eigen::Vector3d& mean_body) {
     const auto p = static_cast<std::size_t>(plane);
     sums[p].head<3>() += T.R * mean_body + (T.t - anchors[p]);
     sums[p](3) += 1;
   };
-  moments.each([&](auto& term, const auto& i) { collect(i[0], i[1], term.mean_body); });
-  moments_extrinsics.each(
-      [&](auto& term, const auto& i) { collect(i[0], i[1], term.nominal.mean_body); });
-  segments.each([&](auto& term, const auto& i) { collect(i[0], i[1], term.middle_body); });
+  const auto pose = [this](int i) -> const PoseState& { return states.poses.now[std::size_t(i)]; };
+  moments.each([&](auto& term, const auto& i) { collect(pose(i[0]), i[1], term.mean_body); });
+  moments_of_sensor.each([&](auto& term, const auto& i) {
+    const PoseState& sensor = states.extrinsics.now[std::size_t(i[2])];
+    collect(pose(i[0]) * sensor, i[1], term.of_sensor.mean_body);
+  });
+  segments.each([&](auto& term, const auto& i) { collect(pose(i[0]), i[1], term.middle_body); });
   for (Eigen::Vector4d& sum : sums) {
     if (sum(3) > 0) sum.head<3>() /= sum(3);
   }

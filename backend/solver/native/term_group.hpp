@@ -26,12 +26,13 @@ struct AllStates {
   States<PoseState> poses;
   States<PlaneState> planes;
   States<FlatState> surfels;
-  States<FlatState> extrinsics;
+  States<PoseState> extrinsics;
   /// Only the columns that turn something are variables; where anything is stays as it is.
   bool turns_only = false;
 };
 
-/// Which columns of a state's tangent turn it. Surfels are held where turns alone are asked for.
+/// Which columns of a state's tangent turn it. Surfels and sensors are held where turns alone are
+/// asked for.
 template <class State>
 struct TurningColumns;
 template <>
@@ -44,7 +45,7 @@ struct TurningColumns<PlaneState> {
 };
 template <>
 struct TurningColumns<FlatState> {
-  static constexpr int kFirst = 0, kCount = 2;  // roll, pitch of extrinsics
+  static constexpr int kFirst = 1, kCount = 2;  // slopes
 };
 
 // Which kind of state a term's argument is.
@@ -64,7 +65,7 @@ struct SurfelKind {
   static const auto& of(const AllStates& s) { return s.surfels; }
 };
 struct ExtrinsicsKind {
-  using State = FlatState;
+  using State = PoseState;
   static auto& of(AllStates& s) { return s.extrinsics; }
   static const auto& of(const AllStates& s) { return s.extrinsics; }
 };

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <array>
 
 #include <lamina/backend/graph/graph.hpp>
 
@@ -125,21 +126,26 @@ struct PlaneMoments {
   }
 };
 
-struct PlaneMomentsExtrinsics {
-  PlaneMoments nominal;
-  Eigen::Vector3d sensor;
+// The block of a sensor's pose, from those of the body's and of the sensor in it.
+template <class T>
+std::array<T, 7> composed(const T* body, const T* sensor) {
+  const Pose<T> pose = Pose<T>(body) * Pose<T>(sensor);
+  return {pose.t.x(), pose.t.y(), pose.t.z(), pose.q.x(), pose.q.y(), pose.q.z(), pose.q.w()};
+}
+
+struct PlaneMomentsOfSensor {
+  PlaneMoments of_sensor;
   template <class T>
-  bool operator()(const T* pose_block, const T* plane, const T* e, T* r) const {
-    const Pose<T> pose(pose_block);
-    const Vec3<T> n(plane[0], plane[1], plane[2]);
-    const Eigen::AngleAxis<T> pitch(e[1], Vec3<T>::UnitY()), roll(e[0], Vec3<T>::UnitX());
-    const Eigen::Quaternion<T> Q(pitch * roll);
-    const Vec3<T> mean =
-        sensor.cast<T>() + Q * (nominal.mean - sensor).cast<T>() + Vec3<T>(T(0), T(0), e[2]);
-    r[0] = nominal.root_weight * (n.dot(pose * mean - nominal.anchor.cast<T>()) - plane[3]);
-    Eigen::Map<Vec3<T>> tilt(r + 1);
-    tilt = nominal.rows.cast<T>() * (Q.conjugate() * (pose.q.conjugate() * n));
-    return true;
+  bool operator()(const T* pose, const T* plane, const T* sensor, T* r) const {
+    return of_sensor(composed(pose, sensor).data(), plane, r);
+  }
+};
+
+struct OdometryOfSensor {
+  Odometry of_sensor;
+  template <class T>
+  bool operator()(const T* a, const T* b, const T* sensor, T* r) const {
+    return of_sensor(composed(a, sensor).data(), composed(b, sensor).data(), r);
   }
 };
 

@@ -4,7 +4,7 @@
 
 #include <lamina/backend/graph/factors/gravity.hpp>
 #include <lamina/backend/graph/factors/marginal_prior.hpp>
-#include <lamina/backend/graph/factors/odometry.hpp>
+#include <lamina/backend/graph/factors/of_sensor.hpp>
 #include <lamina/backend/graph/factors/prior.hpp>
 #include <lamina/backend/solver/ceres/costs.hpp>
 
@@ -78,12 +78,47 @@ TEST(PriorFactor, PassesAllChecks) {
   check.autodiff_twin = twin.get();
   EXPECT_TRUE(tester.is_zero({block(f.T_map_body)}));
   EXPECT_TRUE(tester.check_all({{block(f.T_map_body)}}, check));
-  Extrinsics sensor;
-  sensor.prior_sigma = {0.1, 0.2, 0.5};
-  const Cost extrinsics(make_cost(ExtrinsicsPriorTerm(sensor)));
-  EXPECT_TRUE(FactorTester(*extrinsics, {nullptr})
-                  .residual_is({{0.1, 0.1, -1}}, Eigen::Vector3d(1, 0.5, -2)));
-  EXPECT_TRUE(FactorTester(*extrinsics, {nullptr}).check_all({{{0.1, 0.1, -1}}}));
+  // Of a sensor by hand: 0.06 m too far ahead with sigma 0.03 m is 2.
+  const Extrinsics sensor = Extrinsics::at("lidar", f.T_map_body);
+  const Cost extrinsics(make_cost(PriorTerm(sensor)));
+  Vector6d expected = Vector6d::Zero();
+  expected(0) = 2;
+  EXPECT_TRUE(FactorTester(*extrinsics, {&kPose})
+                  .residual_is({block(f.T_map_body * SE3::planar(0.06, 0, 0))}, expected));
+}
+
+TEST(OdometryOfSensorFactor, PassesAllChecks) {
+  Random random(4);
+  OdometryFactor f;
+  f.T_from_to = SE3(SO3::exp({0.1, -0.4, 0.3}), {1, 2, -0.5});
+  f.sqrt_information = some_root<6>(random);
+  const SE3 E(SO3::exp({0.3, 1.2, -2}), {0.2, 0.1, 0.8});
+  const OdometryOfSensorTerm term(f, Extrinsics::at("lidar", E));
+  const Cost cost(make_cost(term));
+  OdometryFactor of_sensor;
+  of_sensor.T_from_to = E.inverse() * f.T_from_to * E;
+  of_sensor.sqrt_information = f.sqrt_information * E.adjoint();
+  using Twin = ceres::AutoDiffCostFunction<twins::OdometryOfSensor, 6, 7, 7, 7>;
+  const Cost twin(new Twin(new twins::OdometryOfSensor{{of_sensor}}));
+  const FactorTester tester(*cost, {&kPose, &kPose, &kPose});
+  const SE3 a(SO3::exp({1, 2, -1}), {3, 1, 2});
+  const Blocks truth{block(a), block(a * f.T_from_to), block(E)};
+  EXPECT_TRUE(tester.is_zero(truth));
+  FactorCheck check;
+  check.spread = 0.3;
+  check.autodiff_twin = twin.get();
+  EXPECT_TRUE(tester.check_all({truth}, check));
+  EXPECT_TRUE(tester.unchanged_when_moved(truth, [](const SE3& T, const Blocks& at) {
+    return Blocks{block(T * pose_of(at[0])), block(T * pose_of(at[1])), at[2]};
+  }));
+  // Where the sensor is as the factor was made, the residual is the body's own.
+  const Blocks moved{block(a), block(a * f.T_from_to * SE3(SO3::exp({0.1, 0, 0.2}), {0.3, 0, 0})),
+                     block(E)};
+  const Cost of_body(make_cost(OdometryTerm(f)));
+  EXPECT_LT((tester.residuals(moved) -
+             FactorTester(*of_body, {&kPose, &kPose}).residuals({moved[0], moved[1]}))
+                .norm(),
+            1e-9);
 }
 
 TEST(GravityFactor, PassesAllChecks) {
