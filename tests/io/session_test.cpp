@@ -31,7 +31,10 @@ Session small_session() {
   const PlaneId wall = map.graph.add_plane(plane);
   Moments moments;
   moments.add({1, 2, 3}, 4);
-  map.graph.plane_moments.push_back({id, wall, moments, ExtrinsicsId::kNone, 0.5});
+  const ExtrinsicsId camera =
+      map.graph.add_extrinsics(Extrinsics::at("depth_camera", SE3::planar(0.1, 0.2, 0.3)));
+  map.graph.plane_moments.push_back(
+      {id, wall, moments, ExtrinsicsId::kNone, 0.5, {{camera, moments}}});
   map.outlines[wall] = {{id, {{1, 2, 3}, {4, 5, 6}}}};
   map.surfels.add(id, moments);
   LaserScan scan;

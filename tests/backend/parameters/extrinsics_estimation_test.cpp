@@ -28,7 +28,7 @@ SE3 off(const SE3& T_body_sensor, double share) {
 Mapper room_map(unsigned seed, const SE3& stated_camera,
                 const std::optional<SE3>& stated_scanner = {},
                 const std::vector<Panel>& room = make_room()) {
-  const Drive drive(240, 120, seed);
+  const Drive drive(120, 120, seed);
   Sensor sensor(seed + 1);
   const SE3 T_camera_body = kCamera.inverse();
   Mapper mapper = run(drive, {}, [&](std::size_t i) {
@@ -58,7 +58,7 @@ double misfit(const FoundExtrinsics& found, const SE3& truth) {
 }
 
 TEST(ExtrinsicsEstimation, AMountingIsFoundWithinItsSigmas) {
-  int within = 0;
+  int within = 0;  // 95 % of six
   for (const unsigned seed : {21U, 22U, 23U}) {
     const SE3 stated = off(kCamera, 1);
     const auto found = room_map(seed, stated).estimate_extrinsics({});
@@ -66,11 +66,6 @@ TEST(ExtrinsicsEstimation, AMountingIsFoundWithinItsSigmas) {
     EXPECT_TRUE(found->adopted) << found->total_stated << " " << found->total_free;
     ASSERT_EQ(found->sensors.size(), 1U);
     EXPECT_EQ(found->sensors[0].sensor, "depth_camera");
-    const Vector6d left = (found->sensors[0].found.inverse() * kCamera).log();
-    std::printf("seed %u observed %d misfit %.1f left %.2f %.2f %.2f mm %.3f %.3f %.3f deg\n", seed,
-                found->sensors[0].observed, misfit(found->sensors[0], kCamera), 1e3 * left(0),
-                1e3 * left(1), 1e3 * left(2), left(3) / kDegree, left(4) / kDegree,
-                left(5) / kDegree);
     within += misfit(found->sensors[0], kCamera) < 12.6;
   }
   EXPECT_GE(within, 2);
