@@ -52,27 +52,45 @@ std::vector<ExtrinsicsId> sensors_with_views(const Graph& graph) {
   return all;
 }
 
-// Directions of the information against the prior, and the estimate along those that are observed.
-FoundExtrinsics along_observed(const Extrinsics& sensor, const Matrix6d& covariance,
-                               const ExtrinsicsOptions& options) {
-  FoundExtrinsics result{sensor.id, sensor.sensor, sensor.prior, sensor.prior, covariance};
-  const Vector6d& sigma = sensor.prior_sigma;
-  const Matrix6d relative = sigma.cwiseInverse().asDiagonal() * covariance *
-                            sigma.cwiseInverse().asDiagonal();  // of the prior: identity
-  result.told = (1 - relative.diagonal().array()).max(0).matrix();
-  const Eigen::SelfAdjointEigenSolver<Matrix6d> eigen(relative);
-  const Vector6d off = (sensor.prior.inverse() * sensor.state).log().cwiseQuotient(sigma);
-  const double most = options.unobserved_share * options.unobserved_share;
-  Vector6d kept = Vector6d::Zero();
-  for (int k = 0; k < 6; ++k) {
-    if (!(eigen.eigenvalues()(k) < most)) continue;
-    ++result.observed;
-    const Vector6d axis = eigen.eigenvectors().col(k);
-    kept += axis.dot(off) * axis;
+// Directions of the information of all sensors against their priors: what relates two of them may
+// be observed where neither is to the body. The estimate along those that are.
+class Observed {
+ public:
+  Observed(const Graph& free, const std::vector<ExtrinsicsId>& sensors,
+           const Eigen::MatrixXd& covariance, double share)
+      : sigma_(covariance.rows()), off_(covariance.rows()) {
+    for (std::size_t i = 0; i < sensors.size(); ++i) {
+      const Extrinsics& e = free.at(sensors[i]);
+      sigma_.segment<6>(row(i)) = e.prior_sigma;
+      off_.segment<6>(row(i)) = (e.prior.inverse() * e.state).log();
+    }
+    const Eigen::VectorXd weight = sigma_.cwiseInverse();
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(
+        weight.asDiagonal() * covariance * weight.asDiagonal());  // of the prior: identity
+    count_ = static_cast<int>((eigen.eigenvalues().array() < share * share).count());
+    const Eigen::MatrixXd axes = eigen.eigenvectors().leftCols(count_);
+    along_ = axes * axes.transpose();
   }
-  result.found = sensor.prior * SE3::exp(kept.cwiseProduct(sigma));
-  return result;
-}
+  int directions() const { return count_; }
+  const Eigen::VectorXd& estimate() const { return off_; }
+  FoundExtrinsics of(const Extrinsics& sensor, std::size_t i, const Matrix6d& covariance) const {
+    FoundExtrinsics result{sensor.id, sensor.sensor, sensor.prior, sensor.prior, covariance};
+    const Vector6d kept = along_.middleRows<6>(row(i)) * off_.cwiseQuotient(sigma_);
+    result.found = sensor.prior * SE3::exp(kept.cwiseProduct(sensor.prior_sigma));
+    const Matrix6d own = along_.block<6, 6>(row(i), row(i));
+    Matrix6d to_body = Matrix6d::Zero();
+    to_body.topLeftCorner<3, 3>() = to_body.bottomRightCorner<3, 3>() = sensor.prior.so3().matrix();
+    result.told = (to_body * own * to_body.transpose()).diagonal();
+    result.observed = static_cast<int>(std::lround(own.trace()));
+    return result;
+  }
+  static Eigen::Index row(std::size_t i) { return static_cast<Eigen::Index>(6 * i); }
+
+ private:
+  Eigen::VectorXd sigma_, off_;
+  int count_ = 0;
+  Eigen::MatrixXd along_;  // onto observed directions, in prior sigmas
+};
 
 double farthest(const FoundExtrinsics& found, const Vector6d& sigma) {
   return (found.stated.inverse() * found.found).log().cwiseQuotient(sigma).norm();
@@ -96,26 +114,24 @@ std::optional<ExtrinsicsEstimate> estimate_extrinsics(const Graph& graph,
   request.extrinsics = sensors;
   const Covariances known = covariances(free, request);
   if (!known.valid || !known.joint_extrinsics.allFinite()) return std::nullopt;
+  const Observed observed(free, sensors, known.joint_extrinsics, options.unobserved_share);
   ExtrinsicsEstimate result;
+  result.value = observed.estimate();
   result.covariance = known.joint_extrinsics;
-  result.value.resize(known.joint_extrinsics.rows());
-  int observed = 0;
   bool contradicts = false;
   for (std::size_t i = 0; i < sensors.size(); ++i) {
     const Extrinsics& e = free.at(sensors[i]);
-    const auto at = static_cast<Eigen::Index>(6 * i);
-    result.value.segment<6>(at) = (e.prior.inverse() * e.state).log();
-    result.sensors.push_back(
-        along_observed(e, known.joint_extrinsics.block<6, 6>(at, at), options));
-    observed += result.sensors.back().observed;
+    const Eigen::Index at = Observed::row(i);
+    result.sensors.push_back(observed.of(e, i, known.joint_extrinsics.block<6, 6>(at, at)));
     contradicts =
         contradicts || farthest(result.sensors.back(), e.prior_sigma) > options.most_sigmas;
   }
   const double most = RefineOptions().inlier_chi2;
   result.total_stated = truncated_total(stated, options.engine, most);
   result.total_free = truncated_total(free, options.engine, most);
-  result.price = observed * std::log(std::max<double>(2, double(graph.plane_moments.size())));
-  result.adopted = observed > 0 && !contradicts && result.value.allFinite() &&
+  result.price =
+      observed.directions() * std::log(std::max<double>(2, double(graph.plane_moments.size())));
+  result.adopted = observed.directions() > 0 && !contradicts && result.value.allFinite() &&
                    result.total_free + result.price < result.total_stated;
   return result;
 }

@@ -28,8 +28,8 @@ struct FoundExtrinsics {
   SE3 stated, found;   ///< T_body_sensor; found is as stated along directions that are not observed
   /// Of log(stated^-1 T_body_sensor): (translation, rotation) in sensor axes, m and rad.
   Matrix6d covariance = Matrix6d::Zero();
-  int observed = 0;  ///< directions of six
-  /// Share of the prior's variance along each of the six that the graph took away, 0 to 1.
+  int observed = 0;  ///< directions of six; half of each that relates two sensors
+  /// How much of each number (moved, turned; body axes) lies along observed directions, 0 to 1.
   Vector6d told = Vector6d::Zero();
 };
 

@@ -147,7 +147,7 @@ ExtrinsicsOptions extrinsics_options(const CalibrationOptions& settings) {
 
 void tell_extrinsics(const ExtrinsicsEstimate& estimate, const Adoption& adoption,
                      Diagnostics& metrics) {
-  constexpr double kObserved = 0.75;  // of the prior's variance: half its sigma is left
+  constexpr double kObserved = 0.25;  // what relates two sensors is half of each one's
   for (const FoundExtrinsics& f : estimate.sensors) {
     const Vector6d off = by_body_axes(f.stated, f.found), sigma = sigmas_along_body_axes(f);
     const double units[] = {0.01, 0.01, 0.01, kDegree, kDegree, kDegree};
@@ -155,10 +155,10 @@ void tell_extrinsics(const ExtrinsicsEstimate& estimate, const Adoption& adoptio
     for (int k = 0; k < 6; ++k) {
       Estimate one{f.sensor + "." + kNames[k], 0, -off(k) / units[k], sigma(k) / units[k],
                    adoption};
-      one.adoption.adopted = adoption.adopted && f.observed > 0;
+      const bool observed = f.told(k) > kObserved;
+      one.adoption.adopted = adoption.adopted && observed;
       report(one, metrics);
-      if (!(f.told(k) > kObserved))
-        open += fmt::format("{}{}", open.empty() ? "" : ", ", kNames[k]);
+      if (!observed) open += fmt::format("{}{}", open.empty() ? "" : ", ", kNames[k]);
     }
     if (!open.empty()) run_log().info("{}: not observed, as stated: {}", f.sensor, open);
   }

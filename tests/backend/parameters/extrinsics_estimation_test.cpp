@@ -48,7 +48,9 @@ Mapper room_map(unsigned seed, const SE3& stated_camera,
     }
     return o;
   });
-  mapper.refine();
+  RefineOptions quick;
+  quick.thorough = false;
+  mapper.refine(quick);
   return mapper;
 }
 
