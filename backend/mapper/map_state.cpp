@@ -82,6 +82,19 @@ void carry_states(Graph& graph, const Offsets& ids, const SE3& T) {
   for (auto& e : graph.extrinsics) ids.raise(e.id);
 }
 
+void carry_views(Graph& graph, const Offsets& ids) {
+  for (auto& f : graph.plane_moments) {
+    ids.raise(f.keyframe);
+    ids.raise(f.plane);
+    ids.raise(f.extrinsics);
+    for (SensorMoments& part : f.by_sensor) ids.raise(part.extrinsics);
+  }
+  for (auto& f : graph.segments) {
+    ids.raise(f.keyframe);
+    ids.raise(f.plane);
+  }
+}
+
 void carry_factors(Graph& graph, const Offsets& ids, const SE3& T) {
   const auto pairs = [&ids](auto& factors) {
     for (auto& f : factors) {
@@ -97,16 +110,7 @@ void carry_factors(Graph& graph, const Offsets& ids, const SE3& T) {
     ids.raise(f.keyframe);
     f.T_map_body = T * f.T_map_body;
   }
-  for (auto& f : graph.plane_moments) {
-    ids.raise(f.keyframe);
-    ids.raise(f.plane);
-    ids.raise(f.extrinsics);
-    for (SensorMoments& part : f.by_sensor) ids.raise(part.extrinsics);
-  }
-  for (auto& f : graph.segments) {
-    ids.raise(f.keyframe);
-    ids.raise(f.plane);
-  }
+  carry_views(graph, ids);
   for (auto& f : graph.gravity) ids.raise(f.keyframe);
   for (auto& f : graph.surfel_moments) {
     ids.raise(f.keyframe);

@@ -13,10 +13,15 @@ const char* name_of(SensorKind kind) {
   return kNames[static_cast<int>(kind)];
 }
 
-bool is_one(const SE3& a, const SE3& b) {
-  constexpr double kNear = 0.1, kAlike = 10 * M_PI / 180;  // m, rad
+/// Self-calibration moves a mounting by less.
+struct OneMounting {
+  double near_m = 0.1, alike_deg = 10;
+};
+
+bool is_one(const SE3& a, const SE3& b, const OneMounting& limits = {}) {
   const Vector6d off = (a.inverse() * b).log();
-  return off.head<3>().norm() < kNear && off.tail<3>().norm() < kAlike;
+  return off.head<3>().norm() < limits.near_m &&
+         off.tail<3>().norm() < limits.alike_deg * M_PI / 180;
 }
 
 // The motion of what sensors of `scans`, or of images, saw; identity where there are several.

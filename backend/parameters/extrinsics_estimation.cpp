@@ -80,7 +80,7 @@ class Observed {
     const Matrix6d own = along_.block<6, 6>(row(i), row(i));
     Matrix6d to_body = Matrix6d::Zero();
     to_body.topLeftCorner<3, 3>() = to_body.bottomRightCorner<3, 3>() = sensor.prior.so3().matrix();
-    result.told = (to_body * own * to_body.transpose()).diagonal();
+    result.observed_share = (to_body * own * to_body.transpose()).diagonal();
     result.observed = static_cast<int>(std::lround(own.trace()));
     return result;
   }
@@ -96,19 +96,25 @@ double farthest(const FoundExtrinsics& found, const Vector6d& sigma) {
   return (found.stated.inverse() * found.found).log().cwiseQuotient(sigma).norm();
 }
 
+// The graph with the states of these sensors free.
+Graph freed(Graph graph, const std::vector<ExtrinsicsId>& sensors,
+            const ExtrinsicsOptions& options) {
+  for (const ExtrinsicsId id : sensors) {
+    Extrinsics& e = graph.at(id);
+    e.estimate = true;
+    e.prior_sigma << Eigen::Vector3d::Constant(options.sigma_place_m),
+        Eigen::Vector3d::Constant(options.sigma_turn_deg * M_PI / 180);
+  }
+  return graph;
+}
+
 }  // namespace
 
 std::optional<ExtrinsicsEstimate> estimate_extrinsics(const Graph& graph,
                                                       const ExtrinsicsOptions& options) {
   const std::vector<ExtrinsicsId> sensors = sensors_with_views(graph);
   if (sensors.empty()) return std::nullopt;
-  Graph stated = graph, free = graph;
-  for (const ExtrinsicsId id : sensors) {
-    Extrinsics& e = free.at(id);
-    e.estimate = true;
-    e.prior_sigma << Eigen::Vector3d::Constant(options.sigma_place_m),
-        Eigen::Vector3d::Constant(options.sigma_turn_deg * M_PI / 180);
-  }
+  Graph stated = graph, free = freed(graph, sensors, options);
   if (!refine_further(stated, options) || !refine_further(free, options)) return std::nullopt;
   CovarianceRequest request;
   request.extrinsics = sensors;

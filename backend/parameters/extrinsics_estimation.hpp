@@ -30,7 +30,7 @@ struct FoundExtrinsics {
   Matrix6d covariance = Matrix6d::Zero();
   int observed = 0;  ///< directions of six; half of each that relates two sensors
   /// How much of each number (moved, turned; body axes) lies along observed directions, 0 to 1.
-  Vector6d told = Vector6d::Zero();
+  Vector6d observed_share = Vector6d::Zero();
 };
 
 struct ExtrinsicsEstimate {

@@ -21,20 +21,8 @@ std::vector<std::size_t> indices_of(const Graph& graph, const States& states, co
   return indices;
 }
 
-}  // namespace
-
-Covariances covariances(const Graph& original, const CovarianceRequest& request) {
-  Covariances result;
-  if (!original.problems().empty()) return result;
-  std::optional<Graph> copy;  // only where a keyframe has to be held
-  const std::vector<KeyframeId> held = keyframes_without_datum(original);
-  if (!held.empty()) {
-    copy = original;
-    for (const KeyframeId id : held) copy->at(id).fixed = true;
-  }
-  const Graph& graph = copy ? *copy : original;
-  NormalEquations equations(graph);
-  equations.linearize();
+// By as little damping as that takes.
+void factorize(NormalEquations& equations, Covariances& result) {
   const Eigen::VectorXd diagonal = equations.diagonal();
   for (const double damping : {0.0, 1e-12, 1e-9, 1e-6}) {
     Eigen::VectorXd added = damping * diagonal;
@@ -49,6 +37,23 @@ Covariances covariances(const Graph& original, const CovarianceRequest& request)
     result.weak_directions = silent + equations.weak_pivots(std::max(1e-11, 10 * damping));
     break;
   }
+}
+
+}  // namespace
+
+Covariances covariances(const Graph& original, const CovarianceRequest& request) {
+  Covariances result;
+  if (!original.problems().empty()) return result;
+  std::optional<Graph> copy;  // only where a keyframe has to be held
+  const std::vector<KeyframeId> held = keyframes_without_datum(original);
+  if (!held.empty()) {
+    copy = original;
+    for (const KeyframeId id : held) copy->at(id).fixed = true;
+  }
+  const Graph& graph = copy ? *copy : original;
+  NormalEquations equations(graph);
+  equations.linearize();
+  factorize(equations, result);
   if (!result.valid) return result;
   const auto poses = indices_of(graph, graph.keyframes, request.keyframes);
   result.keyframes = equations.pose_covariances(poses);

@@ -19,7 +19,6 @@
 namespace lamina {
 namespace {
 
-constexpr double kDegree = M_PI / 180;
 const char* const kNames[] = {"x_error_cm",     "y_error_cm",      "z_error_cm",
                               "roll_error_deg", "pitch_error_deg", "yaw_error_deg"};
 
@@ -82,12 +81,11 @@ QuadraticBlock in_order_of(const ExtrinsicsEstimate& of, const ExtrinsicsEstimat
 
 Adoption by_blocks(const std::vector<Step>& steps, const ExtrinsicsEstimate& found,
                    const CalibrationOptions& settings, const std::function<bool()>& ended) {
-  constexpr double kHeld = 1e-5;  // a sigma
   const ExtrinsicsOptions options = extrinsics_options(settings);
   const Eigen::Index size = found.value.size();
   Eigen::VectorXd sigma(size);
   for (Eigen::Index i = 0; i < size; ++i)
-    sigma(i) = i % 6 < 3 ? options.sigma_place_m : options.sigma_turn_deg * kDegree;
+    sigma(i) = i % 6 < 3 ? options.sigma_place_m : options.sigma_turn_deg * M_PI / 180;
   const Eigen::MatrixXd prior = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
   const auto blocks = evidence_by_blocks(
       steps, settings.mapper,
@@ -97,7 +95,8 @@ Adoption by_blocks(const std::vector<Step>& steps, const ExtrinsicsEstimate& fou
         return in_order_of(found, *block, prior);
       },
       ended);
-  return judge(blocks, Eigen::MatrixXd::Identity(size, size) / (kHeld * kHeld), prior).adoption;
+  const Eigen::MatrixXd held = 1e10 * Eigen::MatrixXd::Identity(size, size);  // 1e-5 m, rad
+  return judge(blocks, held, prior).adoption;
 }
 
 // In every step, and in the motions and loops that its own sensor told.
@@ -147,15 +146,15 @@ ExtrinsicsOptions extrinsics_options(const CalibrationOptions& settings) {
 
 void tell_extrinsics(const ExtrinsicsEstimate& estimate, const Adoption& adoption,
                      Diagnostics& metrics) {
-  constexpr double kObserved = 0.25;  // what relates two sensors is half of each one's
+  const double degree = M_PI / 180;
   for (const FoundExtrinsics& f : estimate.sensors) {
     const Vector6d off = by_body_axes(f.stated, f.found), sigma = sigmas_along_body_axes(f);
-    const double units[] = {0.01, 0.01, 0.01, kDegree, kDegree, kDegree};
+    const double units[] = {0.01, 0.01, 0.01, degree, degree, degree};
     std::string open;
     for (int k = 0; k < 6; ++k) {
       Estimate one{f.sensor + "." + kNames[k], 0, -off(k) / units[k], sigma(k) / units[k],
                    adoption};
-      const bool observed = f.told(k) > kObserved;
+      const bool observed = f.observed_share(k) > 0.25;  // of what relates two sensors: half
       one.adoption.adopted = adoption.adopted && observed;
       report(one, metrics);
       if (!observed) open += fmt::format("{}{}", open.empty() ? "" : ", ", kNames[k]);
