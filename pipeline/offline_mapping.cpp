@@ -8,10 +8,10 @@
 #include <span>
 
 #include <lamina/backend/refine/refiner.hpp>
-#include <lamina/pipeline/calibration/extrinsics_refinement.hpp>
 #include <lamina/pipeline/calibration/extrinsics_uncertainty.hpp>
 #include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/pipeline/calibration/report.hpp>
+#include <lamina/pipeline/extrinsics_refinement.hpp>
 #include <lamina/pipeline/hole_steps.hpp>
 #include <lamina/pipeline/path_correction.hpp>
 

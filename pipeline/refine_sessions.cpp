@@ -13,8 +13,8 @@
 #include <lamina/io/figure_names.hpp>
 #include <lamina/io/session.hpp>
 #include <lamina/models/error.hpp>
-#include <lamina/pipeline/calibration/extrinsics_refinement.hpp>
 #include <lamina/pipeline/calibration/log.hpp>
+#include <lamina/pipeline/extrinsics_refinement.hpp>
 #include <lamina/pipeline/map_result.hpp>
 
 namespace lamina {

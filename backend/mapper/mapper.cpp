@@ -378,15 +378,6 @@ void Mapper::know_covariances() {
   set_wheel_covariance(parameters_.wheels);
 }
 
-std::optional<ExtrinsicsEstimate> Mapper::estimate_extrinsics(
-    const ExtrinsicsOptions& options) const {
-  if (map_.ground.swells()) return std::nullopt;
-  Graph probe = map_.graph;
-  add_joint_surfels(probe, map_.surfels, map_.options.joint_surfels);
-  if (!probe.surfels.empty()) return std::nullopt;
-  return lamina::estimate_extrinsics(probe, options);
-}
-
 void Mapper::move(const SE3& T_new_map) {
   map_.move(T_new_map);
   merging_.move(T_new_map);

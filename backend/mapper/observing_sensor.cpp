@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <lamina/backend/graph/factors/of_sensor.hpp>
+#include <lamina/backend/mapper/mapper.hpp>
 
 namespace lamina {
 namespace {
@@ -48,6 +49,15 @@ ExtrinsicsId observing_sensor(const Observations& observations, Graph& graph) {
   if (!t.allFinite() || !T_body_sensor.so3().quaternion().coeffs().allFinite())
     return ExtrinsicsId::kNone;
   return graph.add_extrinsics(Extrinsics::at(name, T_body_sensor));
+}
+
+std::optional<ExtrinsicsEstimate> Mapper::estimate_extrinsics(
+    const ExtrinsicsOptions& options) const {
+  if (map_.ground.swells()) return std::nullopt;
+  Graph probe = map_.graph;
+  add_joint_surfels(probe, map_.surfels, map_.options.joint_surfels);
+  if (!probe.surfels.empty()) return std::nullopt;
+  return lamina::estimate_extrinsics(probe, options);
 }
 
 MountedLooks mount(MapState& map, const std::vector<FoundExtrinsics>& found) {

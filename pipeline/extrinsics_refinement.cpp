@@ -1,5 +1,5 @@
 // A map to learn from, and what it says put into steps or a session.
-#include <lamina/pipeline/calibration/extrinsics_refinement.hpp>
+#include <lamina/pipeline/extrinsics_refinement.hpp>
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
