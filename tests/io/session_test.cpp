@@ -135,7 +135,7 @@ TEST(Session, SaysWhatIsWrong) {
   other[8] = 9;
   put(file, other);
   EXPECT_EQ(complaint(file),
-            name + ": found version 9, expected version 7: it was made by another lamina");
+            name + ": found version 9, expected version 8: it was made by another lamina");
   put(file, good.substr(0, good.size() - 1));
   EXPECT_NE(complaint(file).find("it was cut short"), std::string::npos);
   std::string damaged = good;
@@ -149,7 +149,7 @@ TEST(Session, SaysWhatIsWrong) {
 
 TEST(Session, ContentThatLiesIsRefused) {
   const auto file = file_for_test();
-  constexpr SealedKind kKind{"LAMINASN", 7, "x"};
+  constexpr SealedKind kKind{"LAMINASN", 8, "x"};
   write_sealed(file, kKind, std::string(64, '\xff'));
   EXPECT_NE(complaint(file).find("makes no sense"), std::string::npos);
   Session broken = small_session();
