@@ -60,7 +60,7 @@ set(may_apps any)
 
 # The room of a path: FOLDER/ROOM where that has a list of its own, else FOLDER.
 function(room_of path out)
-  string(REGEX MATCH "^([a-z]+)/([a-z]+)/" rooms "${path}")
+  string(REGEX MATCH "^([a-z]+)/([a-z0-9]+)/" rooms "${path}")
   if(rooms AND DEFINED may_${CMAKE_MATCH_1}_${CMAKE_MATCH_2})
     set(${out} ${CMAKE_MATCH_1}/${CMAKE_MATCH_2} PARENT_SCOPE)
   else()
