@@ -39,7 +39,7 @@ EvaluationOptions options_of(const std::string& align, bool by_index, const std:
   const Alignment alignment = align == "none"  ? Alignment::kNone
                               : align == "yaw" ? Alignment::kYaw
                                                : Alignment::kSe3;
-  return {alignment, by_index, relations};
+  return {alignment, by_index, relations, {}};
 }
 
 }  // namespace
@@ -50,6 +50,7 @@ Verb evaluate_verb() {
             struct Options {
               std::string map, truth, relations, align = "se3";
               bool by_index = false;
+              MarkerFitOptions marker;
               EvaluationLimits limits;
             };
             auto o = std::make_shared<Options>();
@@ -64,6 +65,9 @@ Verb evaluate_verb() {
                 ->check(CLI::IsMember({"none", "yaw", "se3"}));
             app.add_flag("--by-index", o->by_index,
                          "compare pose by pose in order, whatever the reference's stamps");
+            app.add_flag("--fit-lever", o->marker.lever,
+                         "the reference is of a marker: fit its place");
+            app.add_flag("--fit-clock", o->marker.clock, "fit what its clock shows more");
             app.add_option("--max-ate", o->limits.max_ate_m,
                            "fail (exit 1) when the aligned ATE rmse is above this, m");
             app.add_option("--max-rpe", o->limits.max_rpe_m,
@@ -79,8 +83,9 @@ Verb evaluate_verb() {
             return [o]() {
               require_limits(o->limits);
               io::require_map_folder(o->map);
-              const Evaluation evaluation = evaluate(
-                  o->map, o->truth, options_of(o->align, o->by_index, o->truth, o->relations));
+              auto options = options_of(o->align, o->by_index, o->truth, o->relations);
+              options.marker = o->marker;
+              const Evaluation evaluation = evaluate(o->map, o->truth, options);
               std::cout << to_text(evaluation);
               write_evaluation(std::filesystem::path(o->map) / "evaluation.json", evaluation);
               const auto failures = exceeded(evaluation, o->limits);

@@ -5,6 +5,8 @@
 #include <optional>
 
 #include <lamina/apps/verbs.hpp>
+#include <lamina/sensors/readers/bag_contents.hpp>
+#include <lamina/sensors/readers/input_kind.hpp>
 #include <lamina/sensors/recording_info.hpp>
 
 namespace lamina::apps {
@@ -13,15 +15,14 @@ Verb info_verb() {
   return {"info", "what a recording holds: streams, counts, rates, span, problems",
           "lamina info recording.log", [](CLI::App& app) {
             auto input = std::make_shared<std::string>();
-            app.add_option("INPUT", *input,
-                           "dataset folder, .oni, .log, .clf, .rawlog, .bag, .pcd, or openni:[URI]")
-                ->required();
+            app.add_option("INPUT", *input, kInputKinds)->required();
             auto calibration = std::make_shared<std::optional<std::filesystem::path>>();
             app.add_option("--calibration", *calibration,
                            "YAML file of sensors: what it states replaces what INPUT says");
             return [input, calibration]() {
               RecordingOptions options;
               options.calibration = *calibration;
+              std::cout << describe_bag(*input);
               const auto recording = open_recording(*input, options);
               std::cout << to_text(inspect(*recording));
               for (const std::string& text : recording->assumed())

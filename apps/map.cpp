@@ -11,6 +11,7 @@
 #include <lamina/pipeline/config/map_request.hpp>
 #include <lamina/pipeline/map.hpp>
 #include <lamina/pipeline/write_results.hpp>
+#include <lamina/sensors/readers/input_kind.hpp>
 #include <lamina/viewer/report.hpp>
 
 namespace lamina::apps {
@@ -85,9 +86,7 @@ Verb map_verb() {
       [](CLI::App& app) {
         auto request = std::make_shared<MapCommand>();
         auto mode = std::make_shared<std::string>("offline");
-        app.add_option("INPUT", request->input,
-                       "dataset folder, .oni, .log, .clf, .rawlog, .bag, .pcd, or openni:[URI]")
-            ->required();
+        app.add_option("INPUT", request->input, kInputKinds)->required();
         app.add_option("-o,--output", request->output, "folder for the results")->required();
         app.add_option("--config", request->config, "YAML file of settings");
         app.add_option("--calibration", request->calibration,

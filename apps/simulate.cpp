@@ -12,29 +12,18 @@
 #include <lamina/models/error.hpp>
 #include <lamina/pipeline/config/nearest.hpp>
 #include <lamina/sim/dataset.hpp>
+#include <lamina/sim/settings.hpp>
 
 namespace lamina::apps {
 namespace {
 
 struct SimulateOptions {
-  std::string scene, output;
+  std::string scene, output, format = "folder";
   std::vector<std::string> assignments;
   std::uint64_t seed = 1;
   double duration = 0;
   bool list = false, labels = false, quiet = false;
 };
-
-sim::Parameters parameters_of(const std::vector<std::string>& assignments) {
-  sim::Parameters parameters;
-  for (const auto& assignment : assignments) {
-    const auto equals = assignment.find('=');
-    if (equals == std::string::npos) {
-      throw Error("--set: found '" + assignment + "', expected key=value");
-    }
-    parameters[assignment.substr(0, equals)] = assignment.substr(equals + 1);
-  }
-  return parameters;
-}
 
 // A name that is neither a scene nor a file: perhaps one was meant.
 void require_scene(const std::string& scene) {
@@ -60,7 +49,7 @@ int simulate(const SimulateOptions& o) {
     throw Error(fmt::format("--duration: found '{}', expected seconds, 0 for all", o.duration));
   }
   require_scene(o.scene);
-  sim::World world = sim::load_scene(o.scene, parameters_of(o.assignments));
+  sim::World world = sim::load_scene(o.scene, sim::parse_parameters(o.assignments));
   InterruptGuard interrupt(InterruptGuard::Kind::kWithinASecond,
                            "warning: interrupted before the first measurement",
                            "warning: interrupted: " + o.output + " is no whole recording");
@@ -68,6 +57,7 @@ int simulate(const SimulateOptions& o) {
   sim::DatasetOptions options;
   options.seed = o.seed;
   options.labels = o.labels;
+  options.format = sim::dataset_format(o.format);
   options.max_duration = o.duration;
   options.progress = [&](std::int64_t done, std::int64_t all) {
     if (!progress) progress.emplace(all, o.quiet);
@@ -94,6 +84,9 @@ Verb simulate_verb() {
             auto* scene =
                 app.add_option("SCENE", o->scene, "name of a built-in scene, or a scene YAML");
             auto* output = app.add_option("-o,--output", o->output, "dataset folder to write");
+            app.add_option(
+                "--format", o->format,
+                "folder (the default), bag (ROS 1), db3 or mcap (ROS 2) of the recording");
             app.add_option("--seed", o->seed, "seed of noise and drift")
                 ->check(CLI::Range(std::int64_t{0}, std::int64_t{1} << 53));
             app.add_option("--set", o->assignments, "key=value, as often as needed")->take_all();

@@ -47,10 +47,19 @@ class Writer {
     clear();
   }
 
+  void record_as(DatasetFormat format, const Calibration& calibration) {
+    if (format == DatasetFormat::kFolder) return;
+    bag_ = std::make_unique<BagWriter>(make_dataset_sink(folder_, format), calibration);
+  }
+
   void write(const DepthFrame& frame, const Simulation& simulation) {
     const std::string name = frame.stamp.to_string() + ".png";
-    image("depth", name, {frame.width(), frame.height(), frame.raw});
-    line("depth.txt", "# timestamp filename\n", frame.stamp.to_string() + " depth/" + name + "\n");
+    if (bag_) bag_->write(frame);
+    if (!bag_) {
+      image("depth", name, {frame.width(), frame.height(), frame.raw});
+      line("depth.txt", "# timestamp filename\n",
+           frame.stamp.to_string() + " depth/" + name + "\n");
+    }
     if (labels_) {
       DepthImage labels{frame.width(), frame.height(), {}};
       for (std::int32_t surface : simulation.depth_truth().surface) {
@@ -64,6 +73,7 @@ class Writer {
     ++counts_.depth_frames;
   }
   void write(const StereoFrame& pair, const Simulation&) {
+    if (bag_) throw Error("simulate: found stereo pairs, expected --format folder for them");
     const std::string name = pair.stamp.to_string() + ".png";
     const CameraModel& c = pair.camera.camera;
     for (const char* side : {"left", "right"}) {
@@ -76,21 +86,24 @@ class Writer {
     ++counts_.stereo_pairs;
   }
   void write(const LaserScan& scan, const Simulation&) {
+    ++counts_.scans;
+    if (bag_) return bag_->write(scan);
     line("scans.csv", "# timestamp,angle_min,angle_increment,range_min,range_max,r0,r1,...\n",
          scan_line(scan));
-    ++counts_.scans;
   }
   void write(const Odometry& odometry, const Simulation&) {
+    ++counts_.odometry;
+    if (bag_) return bag_->write(odometry);
     line("odometry.txt", "# timestamp tx ty tz qx qy qz qw\n",
          pose_line(odometry.stamp, odometry.T_odom_body));
-    ++counts_.odometry;
   }
   void write(const Accelerometer& a, const Simulation&) {
+    ++counts_.accelerometer;
+    if (bag_) return bag_->write(a);
     char text[120];
     std::snprintf(text, sizeof text, "%s %.6f %.6f %.6f\n", a.stamp.to_string().c_str(),
                   a.acceleration_body.x(), a.acceleration_body.y(), a.acceleration_body.z());
     line("accelerometer.txt", "# timestamp ax ay az\n", text);
-    ++counts_.accelerometer;
   }
   void write(const CloudFrame&, const Simulation&) { LAMINA_CHECK(false); }
 
@@ -107,6 +120,7 @@ class Writer {
     }
   }
   void close() {
+    if (bag_) bag_->close();
     for (auto& [name, file] : files_) {
       file.close();
       if (!file) {
@@ -133,6 +147,9 @@ class Writer {
       }
       fs::remove(folder_ / file);
     }
+    if (!ours) return;
+    fs::remove(folder_ / "recording.bag");
+    fs::remove_all(folder_ / "recording");
   }
 
   void image(const std::string& folder, const std::string& name, const DepthImage& pixels) {
@@ -148,6 +165,7 @@ class Writer {
 
   fs::path folder_;
   bool labels_;
+  std::unique_ptr<BagWriter> bag_;
   std::map<std::string, std::ofstream> files_;
   DatasetCounts counts_;
 };
@@ -210,6 +228,7 @@ std::string to_yaml(const Calibration& calibration) {
 DatasetCounts write_dataset(World world, const fs::path& folder, const DatasetOptions& options) {
   Simulation simulation(std::move(world), options.seed);
   Writer writer(folder, options.labels);
+  writer.record_as(options.format, simulation.calibration());
   const std::string head =
       "# scene " + simulation.world().name + ", seed " + std::to_string(options.seed) + "\n";
   writer.line("calibration.yaml", head, to_yaml(simulation.calibration()));

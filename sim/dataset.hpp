@@ -5,12 +5,14 @@
 #include <filesystem>
 #include <functional>
 
+#include <lamina/sim/bag_writer.hpp>
 #include <lamina/sim/sim_recording.hpp>
 
 namespace lamina::sim {
 
 struct DatasetOptions {
   std::uint64_t seed = 1;
+  DatasetFormat format = DatasetFormat::kFolder;  ///< but labels, which are files in any case
   bool labels = false;            ///< labels/: plane of each depth pixel (id + 1; 0: none)
   bool grid = true;               ///< truth grids, for robots on the ground
   double grid_resolution = 0.05;  ///< m
@@ -24,6 +26,8 @@ struct DatasetCounts {
   std::int64_t depth_frames = 0, stereo_pairs = 0, scans = 0, odometry = 0, accelerometer = 0;
 };
 
+/// As a bag, depth, scans, odometry and accelerometer are topics of recording.bag or of the ROS 2
+/// folder recording in place of their files; stereo pairs are refused.
 /// Drives the world and writes calibration.yaml (what the robot believes), depth.txt, left.txt,
 /// right.txt, scans.csv, odometry.txt, accelerometer.txt, groundtruth.txt, truth.yaml with its
 /// grids, and calibration_true.yaml. The same world and options give the same bytes. Throws

@@ -276,4 +276,16 @@ Rig make_rig(Settings& s, const RigDefaults& d) {
   return rig;
 }
 
+Parameters parse_parameters(const std::vector<std::string>& assignments) {
+  Parameters parameters;
+  for (const auto& assignment : assignments) {
+    const auto equals = assignment.find('=');
+    if (equals == std::string::npos) {
+      throw Error("--set: found '" + assignment + "', expected key=value");
+    }
+    parameters[assignment.substr(0, equals)] = assignment.substr(equals + 1);
+  }
+  return parameters;
+}
+
 }  // namespace lamina::sim

@@ -36,6 +36,9 @@ class Settings {
   std::set<std::string> known_;
 };
 
+/// "key=value" each; throws lamina::Error for another form.
+Parameters parse_parameters(const std::vector<std::string>& assignments);
+
 /// The candidate with the least edit distance to `word`; empty when none is near.
 std::string nearest_name(const std::string& word, const std::vector<std::string>& candidates);
 

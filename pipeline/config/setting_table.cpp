@@ -94,6 +94,10 @@ std::vector<Setting> general_rows() {
                  "topic of a ROS bag to take as scans; \"\": the one of that type"),
       LAMINA_ROW("topics.depth", topics["depth"], "likewise, depth images"),
       LAMINA_ROW("topics.odom", topics["odom"], "likewise, odometry"),
+      LAMINA_ROW("topics.cloud", topics["cloud"],
+                 "likewise, point clouds; \"\": taken only where there are no scans and no images"),
+      LAMINA_ROW("topics.cloud_slice", topics["cloud_slice"],
+                 "LOW,HIGH in m above the floor: the clouds become scans of what stands between"),
   };
 }
 

@@ -111,8 +111,16 @@ Trajectory read_reference(const fs::path& poses, const Trajectory& estimate,
   return paired_by_index(estimate, reference);
 }
 
+// The path of the marker that the reference follows; the body's own where nothing is fitted.
+Trajectory path_to_compare(const Trajectory& estimate, const Trajectory& reference,
+                           const MarkerFitOptions& options, Evaluation& evaluation) {
+  if (!options.lever && !options.clock) return estimate;
+  evaluation.marker = fit_marker(estimate, reference, options);
+  return evaluation.marker ? evaluation.marker->of_marker(estimate) : estimate;
+}
+
 void compare_with_truth(const fs::path& map, const fs::path& truth, const Trajectory& estimate,
-                        Evaluation& evaluation) {
+                        const MarkerFitOptions& marker, Evaluation& evaluation) {
   if (!fs::exists(truth)) {
     throw Error(truth.string() + ": does not exist, expected a dataset folder or a TUM file");
   }
@@ -123,7 +131,8 @@ void compare_with_truth(const fs::path& map, const fs::path& truth, const Trajec
     evaluation.remarks.push_back(poses.string() + " does not exist: no trajectory compared");
   } else {
     const Trajectory reference = read_reference(poses, estimate, evaluation);
-    evaluation.trajectory = trajectory_error(estimate, reference, 0.5, evaluation.alignment);
+    const Trajectory path = path_to_compare(estimate, reference, marker, evaluation);
+    evaluation.trajectory = trajectory_error(path, reference, 0.5, evaluation.alignment);
     if (!evaluation.trajectory) {
       throw Error(poses.string() + ": found no times that meet those of the map's trajectory, " +
                   "expected the reference of the same recording");
@@ -153,7 +162,7 @@ Evaluation evaluate(const fs::path& map, const fs::path& truth, const Evaluation
                   "expected relations of the same recording");
     }
   }
-  if (!truth.empty()) compare_with_truth(map, truth, estimate, evaluation);
+  if (!truth.empty()) compare_with_truth(map, truth, estimate, options.marker, evaluation);
   if (fs::exists(map / "planes.json")) {
     const auto planes = io::read_planes_json(map / "planes.json");
     evaluation.map_planes = planes.size();

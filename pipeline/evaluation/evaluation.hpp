@@ -8,6 +8,7 @@
 #include <vector>
 
 #include <lamina/pipeline/evaluation/grid_error.hpp>
+#include <lamina/pipeline/evaluation/marker_fit.hpp>
 #include <lamina/pipeline/evaluation/plane_error.hpp>
 #include <lamina/pipeline/evaluation/relation_error.hpp>
 #include <lamina/pipeline/evaluation/trajectory_error.hpp>
@@ -18,6 +19,7 @@ struct Evaluation {
   std::optional<TrajectoryError> trajectory;
   Alignment alignment = Alignment::kSe3;  ///< of trajectory->ate_m, planes and grid
   bool by_index = false;
+  std::optional<MarkerFit> marker;  ///< fitted before trajectory errors were taken
   std::optional<RelationErrors> relations;
   std::optional<PlaneErrors> planes;
   std::optional<GridErrors> grid;
@@ -37,6 +39,7 @@ struct EvaluationOptions {
   Alignment alignment = Alignment::kSe3;
   bool by_index = false;            ///< pose by pose in order, whatever the reference's stamps
   std::filesystem::path relations;  ///< of read_relations(); empty: none
+  MarkerFitOptions marker;          ///< a reference of a marker on the robot, by its own clock
 };
 
 /// `map`: an output folder; `truth`: a dataset folder with groundtruth.txt (and truth.yaml), a TUM

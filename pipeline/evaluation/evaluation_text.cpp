@@ -162,6 +162,12 @@ std::string to_text(const Evaluation& evaluation) {
     const TrajectoryError& t = *evaluation.trajectory;
     text += fmt::format("poses                      {} of {} matched over {:.1f} m\n", t.matched,
                         t.estimated, t.length_m);
+    if (evaluation.marker) {
+      const Eigen::Vector3d& lever = evaluation.marker->lever_body;
+      text += fmt::format(
+          "marker of the reference    at {:.3f} {:.3f} {:.3f} m of the body, its clock {:+.4f} s\n",
+          lever.x(), lever.y(), lever.z(), evaluation.marker->clock_s);
+    }
     const std::string how = evaluation.alignment == Alignment::kNone  ? ", not moved"
                             : evaluation.alignment == Alignment::kYaw ? " by yaw"
                                                                       : "";

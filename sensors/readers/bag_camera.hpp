@@ -6,7 +6,7 @@
 
 #include <lamina/models/warning.hpp>
 #include <lamina/sensors/calibration.hpp>
-#include <lamina/sensors/readers/rosbag_source.hpp>
+#include <lamina/sensors/readers/bag_messages.hpp>
 
 namespace lamina::bag {
 

@@ -2,11 +2,12 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <optional>
 #include <string>
 
 #include <lamina/models/lie/se3.hpp>
-#include <lamina/sensors/readers/rosbag_source.hpp>
+#include <lamina/sensors/readers/bag_messages.hpp>
 
 namespace lamina::bag {
 
@@ -18,5 +19,13 @@ inline std::optional<SE3> to_se3(const PlainPose& p) {
   if (!(std::abs(q.norm() - 1) < 0.1) || !t.allFinite()) return std::nullopt;
   return SE3(SO3(q), t);
 }
+
+/// Beams along which nothing can be measured.
+inline bool is_empty(const Message& scan) {
+  return scan.ranges.size() < 2 || !std::isfinite(scan.angle_min) ||
+         !std::isfinite(scan.angle_increment) || scan.angle_increment == 0;
+}
+
+inline constexpr double kRawPerMetre = 1000;  // [REP118]: 16UC1 is millimetres
 
 }  // namespace lamina::bag

@@ -13,10 +13,6 @@
 namespace lamina {
 namespace {
 
-constexpr const char* kConvert =
-    "a ROS 1 bag: convert it, e.g. with `rosbags-convert --src INPUT --dst OUTPUT.bag` "
-    "(pip install rosbags)";
-
 std::string lower(std::string text) {
   for (char& c : text) {
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
@@ -36,40 +32,34 @@ bool begins(const std::string& text, std::string_view with) {
   return std::string_view(text).substr(0, with.size()) == with;
 }
 
-InputKind kind_of_folder(const std::filesystem::path& folder) {
-  std::error_code error;
-  bool metadata = std::filesystem::exists(folder / "metadata.yaml", error), storage = false;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-    const std::string ending = lower(entry.path().extension().string());
-    storage = storage || ending == ".db3" || ending == ".mcap";
-  }
-  if (metadata || storage) {
-    return {std::string("a ROS 2 recording (folder with ") +
-                (metadata ? "metadata.yaml)" : "a .db3 or .mcap file)"),
-            kConvert};
-  }
-  return {};
-}
-
 }  // namespace
 
 std::string ending_of(const std::filesystem::path& path) {
   const std::string ending = lower(path.extension().string());
-  if (ending == ".gz" || ending == ".bz2" || ending == ".zst") {
+  if (ending == ".gz" || ending == ".bz2" || ending == ".zst" || ending == ".zstd") {
     return lower(path.stem().extension().string());
   }
   return ending;
 }
 
+bool is_ros2(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(path, error)) return begins(first_bytes(path), "\x89MCAP");
+  for (const auto& entry : std::filesystem::directory_iterator(path, error)) {
+    const std::string ending = ending_of(entry.path());
+    if (ending == ".db3" || ending == ".mcap") return true;
+  }
+  return std::filesystem::exists(path / "metadata.yaml", error);
+}
+
 InputKind kind_of_input(const std::filesystem::path& path) {
   std::error_code error;
-  if (std::filesystem::is_directory(path, error)) return kind_of_folder(path);
+  if (std::filesystem::is_directory(path, error)) return {};
   const std::string bytes = first_bytes(path), ending = lower(path.extension().string());
-  if (begins(bytes, "\x89MCAP")) return {"a ROS 2 recording (MCAP)", kConvert};
-  if (begins(bytes, "SQLite format 3")) {
-    return {ending == ".db3" ? "a ROS 2 recording (SQLite)" : "an SQLite database", kConvert};
-  }
-  if (ending == ".mcap" || ending == ".db3") return {"a damaged ROS 2 recording", kConvert};
+  if (begins(bytes, "\x89MCAP"))
+    return {"a ROS 2 recording (MCAP)", "the same file renamed to .mcap"};
+  if (begins(bytes, "SQLite format 3"))
+    return {"an SQLite database", "a ROS 2 recording: the same file renamed to .db3"};
   if (begins(bytes, "#ROSBAG V2")) {
     return {"a ROS 1 bag that is not called .bag", "the same file renamed to .bag"};
   }
@@ -81,7 +71,7 @@ InputKind kind_of_input(const std::filesystem::path& path) {
                       begins(bytes, "Rar!") || ending == ".tar" || ending == ".lz4";
   if (packed) {
     return {"a compressed file or archive (" + ending + ")",
-            "what is in it: unpack it first (only .log and .clf are read compressed)"};
+            "what is in it: unpack it first (only .log, .clf, .db3 and .mcap are read compressed)"};
   }
   return {};
 }

@@ -6,14 +6,22 @@
 
 namespace lamina {
 
+/// What INPUT may be.
+inline constexpr const char* kInputKinds =
+    "a dataset folder, .oni, .log, .clf, .rawlog, .bag, .db3, .mcap, a ROS 2 folder, .pcd, or "
+    "openni:URI";
+
 /// The ending in lower case without what says that it is compressed: ".log" of "A.LOG.gz".
 std::string ending_of(const std::filesystem::path& path);
+
+/// A file that begins as MCAP does, or a folder with metadata.yaml, .db3 or .mcap files.
+bool is_ros2(const std::filesystem::path& path);
 
 /// What was found and what to do, for lamina::Error; both empty where nothing is known of it.
 struct InputKind {
   std::string found, advice;
 };
-/// By the first bytes of a file, the content of a folder, and the name.
+/// By the first bytes of a file and its name.
 InputKind kind_of_input(const std::filesystem::path& path);
 
 /// Begins like the text of a CARMEN log, compressed or not, whatever its name says.

@@ -5,9 +5,11 @@
 
 namespace lamina {
 namespace {
+// Of measurements of one time: as dataset folders have them, whatever order a file has.
 int rank(const Measurement& m) {
   if (std::holds_alternative<Accelerometer>(m)) return 0;
-  return std::holds_alternative<Odometry>(m) ? 1 : 2;
+  if (std::holds_alternative<Odometry>(m)) return 1;
+  return std::holds_alternative<LaserScan>(m) ? 2 : 3;
 }
 bool comes_before(const Measurement& a, const Measurement& b) {
   const Timestamp ta = stamp_of(a), tb = stamp_of(b);

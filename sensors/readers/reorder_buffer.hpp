@@ -9,8 +9,8 @@
 namespace lamina {
 
 /// Holds measurements back until what was pushed is `horizon` seconds newer, or `capacity` are
-/// held; gives the oldest first, odometry before frames of the same time. One that is older than
-/// what was already given is refused.
+/// held; gives the oldest first, of one time accelerometer, odometry, scans, then images and
+/// clouds. One that is older than what was already given is refused.
 class ReorderBuffer {
  public:
   explicit ReorderBuffer(double horizon = 0.5, std::size_t capacity = 64)

@@ -1,350 +1,40 @@
 // ROS 1 bags as a recording.
-#include <lamina/sensors/readers/rosbag_recording.hpp>
-
-#include <Eigen/Geometry>
-#include <algorithm>
-#include <set>
+#include <stdexcept>
 
 #include <lamina/models/error.hpp>
-#include <lamina/sensors/calibration_overlay.hpp>
-#include <lamina/sensors/depth_codes.hpp>
-#include <lamina/sensors/intrinsics.hpp>
-#include <lamina/sensors/odometry_track.hpp>
-#include <lamina/sensors/readers/bag_bodies.hpp>
-#include <lamina/sensors/readers/bag_camera.hpp>
-#include <lamina/sensors/readers/bag_frames.hpp>
+#include <lamina/sensors/readers/bag_recording.hpp>
 #include <lamina/sensors/readers/input_kind.hpp>
-#include <lamina/sensors/readers/planar_odometry.hpp>
 #include <lamina/sensors/readers/recording_sources.hpp>
-#include <lamina/sensors/readers/reorder_buffer.hpp>
 #include <lamina/sensors/readers/rosbag_source.hpp>
-#include <lamina/sensors/rectify.hpp>
-#include <lamina/sensors/scan_checks.hpp>
-#include <lamina/sensors/scan_stream.hpp>
-#include <lamina/sensors/skip_counts.hpp>
 
 namespace lamina {
-using bag::folder_of, bag::to_se3;
 namespace {
-constexpr double kRawPerMetre = 1000;  // [REP118]: 16UC1 is millimetres
 
-bool is_empty(const bag::Message& scan) {
-  return scan.ranges.size() < 2 || !std::isfinite(scan.angle_min) ||
-         !std::isfinite(scan.angle_increment) || scan.angle_increment == 0;
+std::string first_line(const std::runtime_error& error) {
+  const std::string why = error.what();
+  return why.substr(0, why.find('\n'));
 }
 
 }  // namespace
 
-// The topic named by the settings, else the one with the most messages; the others are counted.
-void BagRecording::choose(const char* role, std::vector<bag::Topic> candidates) {
-  const auto wanted = options_.topics.find(role);
-  if (wanted != options_.topics.end()) {
-    const bool there = std::any_of(candidates.begin(), candidates.end(),
-                                   [&](const auto& topic) { return topic.name == wanted->second; });
-    if (!there) {
-      std::string names;
-      for (const auto& topic : candidates) names += (names.empty() ? "" : ", ") + topic.name;
-      throw input_error(name_, "topic " + wanted->second, "no such topic for " + std::string(role),
-                        names.empty() ? "a topic of that kind" : "one of " + names);
-    }
-    std::erase_if(candidates, [&](const auto& topic) { return topic.name != wanted->second; });
-  }
-  if (candidates.empty()) return;
-  std::stable_sort(candidates.begin(), candidates.end(),
-                   [](const auto& a, const auto& b) { return a.count > b.count; });
-  chosen_[role] = candidates.front().name;
-  remarks_.push_back(std::string(role) + ": topic " + candidates.front().name);
-  for (std::size_t i = 1; i < candidates.size(); ++i) {
-    skips_.add("topic not used: " + candidates[i].name, candidates[i].count);
+std::unique_ptr<bag::Source> open_rosbag_messages(const std::string& name) {
+  try {
+    return bag::open_ros1(name);
+  } catch (const std::runtime_error& error) {
+    const InputKind kind = kind_of_bag(name, first_line(error));
+    throw input_error(name, "", kind.found, kind.advice);
   }
 }
 
-bool BagRecording::holds_depth(const std::string& topic) {
-  source_->select({topic});
-  bag::Message message;
-  return source_->next(message) == bag::Source::Status::kMessage &&
-         message.kind == bag::Kind::kDepth;
-}
-
-void BagRecording::choose_topics() {
-  std::map<std::string, std::vector<bag::Topic>> by_role;
-  for (const bag::Topic& topic : source_->topics()) {
-    if (topic.type == "sensor_msgs/LaserScan") by_role["scan"].push_back(topic);
-    if (topic.type == "sensor_msgs/Imu") by_role["imu"].push_back(topic);
-    if (topic.type == "sensor_msgs/Image" && holds_depth(topic.name)) {
-      by_role["depth"].push_back(topic);
-    }
-  }
-  for (const char* role : {"scan", "depth", "imu"}) choose(role, by_role[role]);
-  if (chosen_.count("scan") + chosen_.count("depth") == 0) {
-    throw input_error(name_, "", "no topic of scans or depth images",
-                      "sensor_msgs/LaserScan or sensor_msgs/Image (16UC1, 32FC1)");
-  }
-  for (const char* role : {"scan", "depth"}) {
-    for (const bag::Topic& topic : by_role[role]) {
-      if (topic.name == chosen_[role]) expected_ += topic.count;
-    }
-  }
-}
-
-// Of the first scan, else of the first image.
-std::string BagRecording::sensor_frame() {
-  for (const char* role : {"scan", "depth"}) {
-    if (chosen_.count(role) == 0) continue;
-    source_->select({chosen_[role]});
-    bag::Message message;
-    for (auto status = source_->next(message); status != bag::Source::Status::kEnd;
-         status = source_->next(message)) {
-      if (status != bag::Source::Status::kMessage) continue;
-      if (message.kind == bag::Kind::kScan && is_empty(message)) continue;
-      return frame_name(message.frame);
-    }
-  }
-  return {};
-}
-
-void BagRecording::take(const bag::Message& m) {
-  if (m.kind == bag::Kind::kCameraInfo) infos_.emplace(m.topic, m);
-  if (m.kind != bag::Kind::kOdometry && m.kind != bag::Kind::kTransform) return;
-  const Timestamp stamp = Timestamp::from_nanoseconds(m.stamp_ns);
-  const auto pose = to_se3(m.pose);
-  const std::string parent = frame_name(m.frame), child = frame_name(m.child_frame);
-  if (!pose) {
-    skips_.add("pose that is no rigid motion");
-  } else if (m.kind == bag::Kind::kOdometry) {
-    bodies_.add_odometry(m.topic, child, {stamp, *pose});
-  } else {
-    bodies_.add_transform(parent, child, *pose, m.topic == "/tf_static", stamp);
-  }
-}
-
-// Odometry, transforms and camera information come in full before the frames do.
-void BagRecording::read_small_messages() {
-  sensor_frame_ = sensor_frame();
-  std::vector<std::string> topics;
-  std::vector<bag::Topic> odometry;
-  for (const bag::Topic& topic : source_->topics()) {
-    const bool transforms = topic.type == "tf2_msgs/TFMessage" || topic.type == "tf/tfMessage";
-    if (topic.type == "nav_msgs/Odometry") odometry.push_back(topic);
-    if (transforms || topic.type == "sensor_msgs/CameraInfo" || topic.type == "nav_msgs/Odometry")
-      topics.push_back(topic.name);
-  }
-  const auto wanted = options_.topics.find("odom");
-  if (wanted != options_.topics.end()) choose("odom", odometry);
-  if (!topics.empty()) source_->select(topics);
-  bag::Message m;
-  for (auto status = bag::Source::Status::kMessage; !topics.empty();) {
-    status = source_->next(m);
-    if (status == bag::Source::Status::kEnd) break;
-    if (status == bag::Source::Status::kMessage) take(m);
-  }
-  const bool asked = wanted != options_.topics.end();
-  const auto chosen = bodies_.choose(sensor_frame_, asked ? wanted->second : "");
-  if (!asked && !chosen.topic.empty()) {
-    std::erase_if(odometry, [&](const bag::Topic& topic) {
-      const bool other = topic.name != chosen.topic;
-      if (other) skips_.add("topic not used: " + topic.name, topic.count);
-      return other;
-    });
-    choose("odom", odometry);
-  }
-  choose_body(chosen);
-}
-
-void BagRecording::choose_body(const BagBodies::Chosen& chosen) {
-  body_frame_ = chosen.frame;
-  if (chosen.topic.empty() && !chosen.odometry.empty())
-    remarks_.push_back("odom: transforms from frame odom");
-  std::vector<Odometry> samples = chosen.odometry;
-  go_on_over_steps(samples);
-  track_ = OdometryTrack(samples);
-  skips_.add(kSkipTimeBack, static_cast<std::int64_t>(track_.dropped()));
-  settle_planar(track_.trajectory(), given_.states("odometry.planar"), calibration_, remarks_,
-                warnings_);
-  warnings_.insert(warnings_.end(), chosen.warnings.begin(), chosen.warnings.end());
-  for (const char* frame : {"base_footprint", "base_link"}) {
-    if (body_frame_.empty() && bodies_.tree().has(frame)) body_frame_ = frame;
-  }
-  remarks_.push_back(body_frame_.empty() ? "no body frame: sensors at the body's origin"
-                                         : "body frame: " + body_frame_);
-}
-
-// Each scan by its own frame. What a calibration file says is of the first.
-const LidarModel& BagRecording::scanner(const std::string& frame) {
-  const auto known = lidars_.find(frame);
-  if (known != lidars_.end()) return known->second;
-  LidarModel model;
-  const bool first = lidars_.empty();
-  if (!first || !given_.states("lidar.T_body_lidar"))
-    model.T_body_lidar = T_body(frame).value_or(SE3());
-  if (first) {
-    given_.apply(model);
-    calibration_.lidar = model;
-    if (!given_.states("lidar.range_sigma"))
-      assumed_.push_back("lidar.range_sigma: " + default_range_sigma());
-  }
-  model.noise = calibration_.lidar->noise;
-  if (lidars_.size() == 1) {
-    warnings_.push_back({"two_scanners", "scans of topic " + chosen_["scan"] +
-                                             " come from frames '" + lidars_.begin()->first +
-                                             "' and '" + frame +
-                                             "': each is placed by its own transform"});
-  }
-  return lidars_.emplace(frame, model).first->second;
-}
-
-// The first places the scanner as soon as the bag is opened: settings depend on it. All of them say
-// what of the stamps can be, and which range means no return.
-void BagRecording::look_over_scans() {
-  if (chosen_.count("scan") == 0) return;
-  if (!sensor_frame_.empty()) scanner(sensor_frame_);
-  source_->select({chosen_["scan"]});
-  bag::Message message;
-  std::size_t count = 0;
-  for (auto status = source_->next(message); status != bag::Source::Status::kEnd;
-       status = source_->next(message)) {
-    if (status != bag::Source::Status::kMessage || is_empty(message)) continue;
-    Scans& scans = scans_[frame_name(message.frame)];
-    scans.messages.push_back(++count);
-    scans.stream.add(Timestamp::from_nanoseconds(message.stamp_ns), message.ranges,
-                     static_cast<double>(message.range_min), static_cast<double>(message.range_max),
-                     static_cast<double>(message.time_increment) *
-                         static_cast<double>(message.ranges.size() - 1));
-  }
-  for (auto& [frame, scans] : scans_) {
-    const auto place = [&, &messages = scans.messages](std::size_t i) {
-      return chosen_["scan"] + " message " + std::to_string(messages[i]);
-    };
-    scans.stream.finish(place, true);
-    const auto& said = scans.stream.notes().remarks;
-    remarks_.insert(remarks_.end(), said.begin(), said.end());
-  }
-}
-
-std::optional<SE3> BagRecording::T_body(const std::string& frame) {
-  if (const auto pose = bodies_.tree().lookup(body_frame_, frame_name(frame))) return pose;
-  if (unplaced_.insert(frame).second) {
-    remarks_.push_back(bodies_.tree().missing_link(body_frame_, frame_name(frame)));
-    assumed_.push_back("sensor of frame '" + frame + "' at the body's origin: " + remarks_.back());
-    if (!track_.empty())
-      warnings_.push_back(place_assumed("the sensor of frame '" + frame + "'", remarks_.back()));
-  }
-  return std::nullopt;
-}
-
-void BagRecording::push_frame(Measurement frame) {
-  const Timestamp stamp = stamp_of(frame);
-  if (odometry_given_.insert(stamp).second) {
-    if (const auto odometry = track_.at(stamp)) buffer_.push(*odometry);
-  }
-  if (!buffer_.push(std::move(frame))) skips_.add(kSkipTimeBack);
-}
-
-void BagRecording::convert(bag::Message& message) {
-  const Timestamp stamp = Timestamp::from_nanoseconds(message.stamp_ns);
-  if (message.kind == bag::Kind::kScan) convert_scan(message);
-  if (message.kind == bag::Kind::kDepth && !light_) convert_depth(message, stamp);
-  if (message.kind == bag::Kind::kImu) {
-    const auto& a = message.acceleration;
-    Accelerometer sample{stamp, {a[0], a[1], a[2]}};
-    if (const auto pose = T_body(message.frame)) {
-      sample.acceleration_body = pose->so3() * sample.acceleration_body;
-    }
-    if (!buffer_.push(sample)) skips_.add(kSkipTimeBack);
-  }
-}
-
-void BagRecording::convert_scan(bag::Message& message) {
-  if (is_empty(message)) {
-    skips_.add("empty scan");
-    return;
-  }
-  Scans& scans = scans_[frame_name(message.frame)];
-  auto used = scans.stream.stamp(scans.next++);
-  if (!used) return;
-  if (last_scan_ && *used == *last_scan_) used = *used + 1e-6;
-  last_scan_ = used;
-  const auto step = static_cast<double>(message.angle_increment);
-  if (beyond_one_turn(step, message.ranges.size())) {
-    skips_.add(kSkipBeyondTurn, 1,
-               message.topic + ": " + beyond_one_turn_text(step, message.ranges.size()));
-    return;
-  }
-  LaserScan scan;
-  scan.stamp = *used;
-  scan.angle_min = static_cast<double>(message.angle_min);
-  scan.angle_increment = step;
-  scan.range_min = std::isfinite(message.range_min) ? static_cast<double>(message.range_min) : 0;
-  scan.range_max = std::isfinite(message.range_max) ? static_cast<double>(message.range_max) : 0;
-  scan.ranges = std::move(message.ranges);
-  scans.stream.correct(scan);
-  // [ROS]: beam 0 is at the stamp.
-  const auto increment = static_cast<double>(message.time_increment);
-  const double sweep = increment * static_cast<double>(scan.size() - 1);
-  if (increment > 0 && scans.stream.sweep_can_be(sweep)) scan.time_increment = increment;
-  scan.lidar = scanner(frame_name(message.frame));
-  push_frame(std::move(scan));
-}
-
-const bag::Message* BagRecording::camera_info(const bag::Message& image) const {
-  const auto wanted = options_.topics.find("camera_info");
-  const std::string name =
-      wanted != options_.topics.end() ? wanted->second : folder_of(image.topic) + "/camera_info";
-  if (const auto it = infos_.find(name); it != infos_.end()) return &it->second;
-  for (const auto& [topic, info] : infos_) {
-    if (info.width == image.width && info.height == image.height) return &info;
-  }
-  return nullptr;
-}
-
-// By its first image, as soon as the bag is opened: what is asked of images depends on it.
-void BagRecording::place_camera() {
-  if (chosen_.count("depth") == 0) return;
-  source_->select({chosen_["depth"]});
-  bag::Message message;
-  for (auto status = source_->next(message); status != bag::Source::Status::kEnd;
-       status = source_->next(message)) {
-    if (status == bag::Source::Status::kMessage) return place_camera(message);
-  }
-}
-
-void BagRecording::place_camera(const bag::Message& image) {
-  bag::check_unit(image, warnings_);
-  if (calibration_.depth_camera) return;
-  const bool stated = given_.states("depth_camera.fx") && given_.states("depth_camera.fy");
-  CameraModel camera = bag::camera_of(name_, image, camera_info(image), stated, warnings_);
-  camera.T_body_camera = given_.states("depth_camera.T_body_camera")
-                             ? SE3()
-                             : T_body(image.frame).value_or(forward_looking_camera());
-  calibration_.depth_camera = {camera, kRawPerMetre, DepthNoise::kinect(camera.fx)};
-  given_.apply(*calibration_.depth_camera);
-  const std::string wrong = senseless_intrinsics(calibration_.depth_camera->camera);
-  if (!wrong.empty()) throw input_error(name_, image.topic, wrong, "a camera's intrinsics");
-}
-
-void BagRecording::convert_depth(bag::Message& message, Timestamp stamp) {
-  if (!calibration_.depth_camera) place_camera(message);
-  DepthCamera& camera = *calibration_.depth_camera;
-  if (message.width != camera.camera.width || message.height != camera.camera.height) {
-    skips_.add(kSkipWrongSize);
-    return;
-  }
-  camera.depth_scale = kRawPerMetre;
-  if (!rectifier_) rectifier_.emplace(camera.camera);
-  saturated_.drop(message.depth);
-  DepthFrame frame{stamp, camera, rectifier_->depth(message.depth)};
-  frame.camera.camera.distortion.reset();
-  push_frame(std::move(frame));
-}
 std::unique_ptr<Recording> open_rosbag(const std::filesystem::path& file,
                                        const RecordingOptions& options) {
+  const std::string name = file.string();
   try {
-    return std::make_unique<BagRecording>(file, options);
+    return std::make_unique<BagRecording>(name, open_rosbag_messages(name), options);
   } catch (const Error&) {
     throw;
   } catch (const std::runtime_error& error) {  // the library's, about a damaged index
-    const std::string why = error.what();
-    throw input_error(file.string(), "", "a damaged bag (" + why.substr(0, why.find('\n')) + ")",
+    throw input_error(name, "", "a damaged bag (" + first_line(error) + ")",
                       "a ROS 1 bag, version 2.0, indexed");
   }
 }

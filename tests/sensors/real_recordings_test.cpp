@@ -1,8 +1,12 @@
 // The real recordings read as their sources say. Skipped where ../shared/data is absent.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
+#include <map>
 
+#include <lamina/models/error.hpp>
+#include <lamina/sensors/readers/bag_contents.hpp>
 #include <lamina/sensors/recording.hpp>
 #include <lamina/sensors/recording_info.hpp>
 
@@ -113,6 +117,59 @@ TEST(RealRecordings, MrptRgbdFrameReads) {
   ASSERT_NE(frame, nullptr);
   EXPECT_EQ(frame->width(), 640);
   EXPECT_EQ(frame->height(), 480);
+}
+
+// The same run as ROS 1 bag and as ROS 2 .db3.
+TEST(RealRecordings, JackalIsTheSameByBothBags) {
+  const std::string folder = data_folder() + "/ros2/jackal";
+  OPEN_OR_SKIP(old_one, folder + "/run.bag");
+  const auto new_one = open_recording(folder);
+  for (int scans = 0;; ++scans) {
+    const auto a = old_one->next(), b = new_one->next();
+    ASSERT_EQ(a.has_value(), b.has_value());
+    if (!a) {
+      EXPECT_EQ(scans, 414);
+      break;
+    }
+    const auto &x = std::get<LaserScan>(*a), &y = std::get<LaserScan>(*b);
+    ASSERT_EQ(x.stamp, y.stamp);
+    ASSERT_EQ(x.angle_min, y.angle_min);
+    ASSERT_EQ(x.angle_increment, y.angle_increment);
+    ASSERT_EQ(x.size(), y.size());
+    for (std::size_t i = 0; i < x.size(); ++i)
+      ASSERT_TRUE(x.ranges[i] == y.ranges[i] ||
+                  (std::isnan(x.ranges[i]) && std::isnan(y.ranges[i])));
+  }
+}
+
+// Recordings with nothing to map are listed, and refused with one line that lists them, too.
+TEST(RealRecordings, BagsWithoutSensorsAreListed) {
+  const std::string folder = data_folder() + "/ros2/";
+  if (!std::filesystem::exists(folder)) GTEST_SKIP() << folder << " is not here";
+  const std::map<std::string, std::vector<std::string>> expected = {
+      {"nav2_turtlebot.mcap",
+       {"/odom (nav_msgs/Odometry, 2639)", "/tf (tf2_msgs/TFMessage, 5422)"}},
+      {"compressed/file_compression",
+       {"/topic (std_msgs/String, 383)", "/rosout (rcl_interfaces/Log, 392)"}},
+      {"compressed/message_compression",
+       {"/topic (std_msgs/String, 369)", "/rosout (rcl_interfaces/Log, 758)"}},
+      {"compressed/wbag_0.mcap", {"AAA (std_msgs/String, 174)", "HHH (std_msgs/String, 148)"}}};
+  for (const auto& [name, topics] : expected) {
+    std::string message;
+    try {
+      open_recording(folder + name);
+    } catch (const Error& error) {
+      message = error.what();
+    }
+    EXPECT_EQ(message.find(folder + name + ": found no topic of scans, depth images or clouds"), 0u)
+        << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos);
+    for (const std::string& topic : topics)
+      EXPECT_NE(message.find(topic), std::string::npos) << message;
+    EXPECT_EQ(describe_bag(folder + name).find("damaged"), std::string::npos);
+  }
+  const std::string hole = describe_bag(folder + "nav2_turtlebot.mcap");
+  EXPECT_NE(hole.find("1.76"), std::string::npos) << hole;
 }
 
 }  // namespace

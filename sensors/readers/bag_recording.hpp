@@ -1,7 +1,7 @@
-// ROS 1 bags as a recording; opened by open_rosbag.
+// Bags of ROS 1 and ROS 2 as a recording; opened by open_rosbag and open_ros2.
 #pragma once
 
-#include <filesystem>
+#include <memory>
 #include <set>
 
 #include <lamina/models/error.hpp>
@@ -9,9 +9,9 @@
 #include <lamina/sensors/depth_codes.hpp>
 #include <lamina/sensors/odometry_track.hpp>
 #include <lamina/sensors/readers/bag_bodies.hpp>
-#include <lamina/sensors/readers/input_kind.hpp>
+#include <lamina/sensors/readers/bag_messages.hpp>
+#include <lamina/sensors/readers/cloud_slice.hpp>
 #include <lamina/sensors/readers/reorder_buffer.hpp>
-#include <lamina/sensors/readers/rosbag_source.hpp>
 #include <lamina/sensors/recording.hpp>
 #include <lamina/sensors/rectify.hpp>
 #include <lamina/sensors/scan_checks.hpp>
@@ -22,19 +22,9 @@ namespace lamina {
 
 class BagRecording final : public Recording {
  public:
-  BagRecording(const std::filesystem::path& file, const RecordingOptions& options)
-      : name_(file.string()), options_(options), given_(options.calibration), source_(open(name_)) {
-    given_.apply(calibration_);
-    choose_topics();
-    read_small_messages();
-    look_over_scans();
-    place_camera();
-    std::vector<std::string> frames;
-    for (const char* role : {"scan", "depth", "imu"}) {
-      if (chosen_.count(role) > 0) frames.push_back(chosen_[role]);
-    }
-    source_->select(frames);
-  }
+  /// `name` stands in messages.
+  BagRecording(std::string name, std::unique_ptr<bag::Source> source,
+               const RecordingOptions& options);
 
   std::optional<Measurement> next() override {
     while (true) {
@@ -44,6 +34,7 @@ class BagRecording final : public Recording {
       switch (source_->next(message)) {
         case bag::Source::Status::kEnd:
           done_ = true;
+          push_odometry(std::nullopt);
           buffer_.finish();
           break;
         case bag::Source::Status::kDamaged:
@@ -70,7 +61,7 @@ class BagRecording final : public Recording {
   }
   std::map<Timestamp, Timestamp> restamped() const override {
     std::map<Timestamp, Timestamp> all;
-    if (chosen_.count("depth") > 0) return all;
+    if (!topic_of("depth").empty()) return all;
     for (const auto& [frame, scans] : scans_)
       all.insert(scans.stream.restamped().begin(), scans.stream.restamped().end());
     return all;
@@ -81,23 +72,19 @@ class BagRecording final : public Recording {
     std::vector<Warning> all = warnings_;
     for (const auto& [frame, scans] : scans_) add_warnings(all, scans.stream.notes().warnings);
     if (auto found = saturated_.warning()) all.push_back(*std::move(found));
+    for (const std::string& problem : source_->problems()) all.push_back({"bag_damaged", problem});
     return all;
   }
   std::optional<std::int64_t> size_hint() const override { return expected_; }
 
  private:
-  static std::unique_ptr<bag::Source> open(const std::string& name) {
-    try {
-      return std::make_unique<bag::Source>(name);
-    } catch (const std::runtime_error& error) {
-      const std::string why = error.what();
-      const InputKind kind = kind_of_bag(name, why.substr(0, why.find('\n')));
-      throw input_error(name, "", kind.found, kind.advice);
-    }
+  /// The topic of a role; "" where none was chosen.
+  std::string topic_of(const std::string& role) const {
+    const auto found = chosen_.find(role);
+    return found == chosen_.end() ? std::string() : found->second;
   }
   void choose_topics();
   void choose(const char* role, std::vector<bag::Topic> candidates);
-  bool holds_depth(const std::string& topic);
   void read_small_messages();
   void take(const bag::Message& m);
   std::string sensor_frame();
@@ -107,8 +94,12 @@ class BagRecording final : public Recording {
   void place_camera();
   void place_camera(const bag::Message& image);
   void convert(bag::Message& message);
+  void slice_cloud(bag::Message& message);
   void convert_scan(bag::Message& message);
   void convert_depth(bag::Message& message, Timestamp stamp);
+  void convert_cloud(const bag::Message& message, Timestamp stamp);
+  void convert_imu(const bag::Message& message, Timestamp stamp);
+  void push_odometry(std::optional<Timestamp> until);
   void push_frame(Measurement frame);
   std::optional<SE3> T_body(const std::string& frame);
   const bag::Message* camera_info(const bag::Message& image) const;
@@ -125,6 +116,7 @@ class BagRecording final : public Recording {
   std::map<std::string, LidarModel> lidars_;  // by frame
   OdometryTrack track_;
   std::set<Timestamp> odometry_given_;
+  std::size_t next_odometry_ = 0;  // of the recorded ones
   SaturatedDepths saturated_;
   std::vector<Warning> warnings_;
   std::optional<Rectifier> rectifier_;
@@ -139,6 +131,8 @@ class BagRecording final : public Recording {
   };
   std::map<std::string, Scans> scans_;  // by frame
   std::optional<Timestamp> last_scan_;
+  std::optional<CloudSlice> slice_;
+  std::map<std::string, SE3> cloud_places_;  // T_body_sensor of sliced clouds, by frame
   std::set<std::string> unplaced_;
   std::int64_t expected_ = 0;
   bool done_ = false;
