@@ -73,7 +73,6 @@ TEST(SubManifold, HoldsCeresInvariants) {
     check(manifolds.pose_position, pose);
     check(manifolds.plane_turn, plane);
     check(manifolds.plane_distance, plane);
-    check(manifolds.extrinsics_turn, FlatState(Eigen::Vector3d(random.normal_vector(3, 1.0))));
   }
 }
 
