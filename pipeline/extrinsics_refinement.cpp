@@ -99,7 +99,7 @@ Adoption by_blocks(const std::vector<Step>& steps, const ExtrinsicsEstimate& fou
   return judge(blocks, held, prior).adoption;
 }
 
-// In every step, and in the motions and loops that its own sensor told.
+// In every step, and in the motions and loops that its own sensor measured.
 void correct(std::vector<Step>& steps, std::vector<LoopClosure>& loops, Graph graph,
              const ExtrinsicsEstimate& estimate) {
   std::map<ExtrinsicsId, const FoundExtrinsics*> by_id;
@@ -123,8 +123,8 @@ void correct(std::vector<Step>& steps, std::vector<LoopClosure>& loops, Graph gr
   }
 }
 
-// Scans and looks of a session, where one sensor can have made them.
-void move_looks(io::Session& session, const SE3& of_scans, const SE3& of_images) {
+// Scans and views of a session, where one sensor can have made them.
+void move_views(io::Session& session, const SE3& of_scans, const SE3& of_images) {
   for (KeptScan& kept : session.scans) {
     SE3& T = kept.scan.lidar.T_body_lidar;
     T = (kept.from_depth ? of_images : of_scans) * T;
@@ -132,6 +132,15 @@ void move_looks(io::Session& session, const SE3& of_scans, const SE3& of_images)
   for (SeenRims& seen : session.rims) seen.T_body_levelled = of_images * seen.T_body_levelled;
   for (SeenGround& seen : session.ground) seen.T_body_levelled = of_images * seen.T_body_levelled;
   for (SeenDepth& seen : session.sights) seen.T_body_camera = of_images * seen.T_body_camera;
+}
+
+std::optional<ExtrinsicsEstimate> estimate(const Mapper& mapper,
+                                           const CalibrationOptions& settings) {
+  auto found = mapper.estimate_extrinsics(extrinsics_options(settings));
+  if (!found) {
+    run_log().info("extrinsics: not estimated, the ground swells or no sensor saw a plane");
+  }
+  return found;
 }
 
 }  // namespace
@@ -171,11 +180,8 @@ void refine_extrinsics(std::vector<Step>& steps, std::vector<LoopClosure>& loops
   const auto timer = metrics.time("extrinsics");
   const Mapper mapper = mapped(steps, loops, settings.mapper, ended);
   if (ended()) return;
-  const auto found = mapper.estimate_extrinsics(extrinsics_options(settings));
-  if (!found) {
-    run_log().info("extrinsics: not estimated, the ground swells or no sensor saw a plane");
-    return;
-  }
+  const auto found = estimate(mapper, settings);
+  if (!found) return;
   Adoption adoption;
   if (found->adopted) adoption = by_blocks(steps, *found, settings, ended);
   if (ended()) return;
@@ -191,18 +197,15 @@ void refine_extrinsics(io::Session& session, const CalibrationOptions& settings,
   quick.thorough = false;
   mapper.refine(quick, [&](const RefineProgress&) { return !ended(); });
   if (ended()) return;
-  const auto found = mapper.estimate_extrinsics(extrinsics_options(settings));
-  if (!found) {
-    run_log().info("extrinsics: not estimated, the ground swells or no sensor saw a plane");
-    return;
-  }
+  const auto found = estimate(mapper, settings);
+  if (!found) return;
   Adoption adoption;
   adoption.adopted = found->adopted;
   adoption.gain = found->total_stated - found->total_free - found->price;
   tell_extrinsics(*found, adoption, metrics);
   if (!found->adopted) return;
-  const MountedLooks looks = mount(session.map, found->sensors);
-  move_looks(session, looks.of_scans, looks.of_images);
+  const SensorMotions moved = mount(session.map, found->sensors);
+  move_views(session, moved.of_scans, moved.of_images);
 }
 
 }  // namespace lamina

@@ -24,7 +24,7 @@ LoopClosure lifted(LoopClosure loop, const SE3& T_map_from, const SE3& T_map_to)
   return loop;
 }
 
-// The one scanner that loops are told by; kNone of none or several.
+// The one scanner that loops are measured by; kNone of none or several.
 ExtrinsicsId scanner_of(const Graph& graph) {
   ExtrinsicsId only = ExtrinsicsId::kNone;
   for (const Extrinsics& e : graph.extrinsics) {

@@ -60,8 +60,8 @@ std::optional<ExtrinsicsEstimate> Mapper::estimate_extrinsics(
   return lamina::estimate_extrinsics(probe, options);
 }
 
-MountedLooks mount(MapState& map, const std::vector<FoundExtrinsics>& found) {
-  const MountedLooks looks{motion_of(found, map.graph, true), motion_of(found, map.graph, false)};
+SensorMotions mount(MapState& map, const std::vector<FoundExtrinsics>& found) {
+  const SensorMotions moved{motion_of(found, map.graph, true), motion_of(found, map.graph, false)};
   for (const FoundExtrinsics& f : found) map.graph.at(f.id).state = f.found;
   make_factors_anew(map.graph);
   const auto move = [](const SE3& C, std::vector<Eigen::Vector3d>& points) {
@@ -69,11 +69,11 @@ MountedLooks mount(MapState& map, const std::vector<FoundExtrinsics>& found) {
   };
   for (auto& [id, pieces] : map.outlines) {
     for (OutlinePiece& piece : pieces)
-      move(piece.points_body.size() <= 2 ? looks.of_scans : looks.of_images, piece.points_body);
+      move(piece.points_body.size() <= 2 ? moved.of_scans : moved.of_images, piece.points_body);
   }
-  for (auto& [id, points] : map.loose_body) move(looks.of_images, points);
-  map.surfels = map.surfels.moved(looks.of_images);
-  return looks;
+  for (auto& [id, points] : map.loose_body) move(moved.of_images, points);
+  map.surfels = map.surfels.moved(moved.of_images);
+  return moved;
 }
 
 }  // namespace lamina

@@ -16,14 +16,14 @@ namespace lamina {
 ExtrinsicsId observing_sensor(const Observations& observations, Graph& graph);
 
 /// How what was seen moves in the body's frame, T_new_old.
-struct MountedLooks {
+struct SensorMotions {
   SE3 of_scans, of_images;
 };
 
 /// Factors, outlines and floor of a map as they would be had these sensors been known to sit as
 /// found; refine it afterwards. Outlines of an area, pieces of floor and loose points are of the
-/// camera, strokes of the scanner; where there are several of a kind they stay. How looks that lie
+/// camera, strokes of the scanner; where there are several of a kind they stay. How views that lie
 /// beside the map must be moved.
-MountedLooks mount(MapState& map, const std::vector<FoundExtrinsics>& found);
+SensorMotions mount(MapState& map, const std::vector<FoundExtrinsics>& found);
 
 }  // namespace lamina

@@ -14,12 +14,12 @@ bool is_finite(const RefineResult& result) {
   return result.status != SolveStatus::kInvalidInput && result.status != SolveStatus::kCancelled;
 }
 
-// Of doubtful factors each no more than `most`, whatever weight it has.
+// Of factors that may be wrong each no more than `most`, whatever weight it has.
 double truncated_total(const Graph& graph, SolverEngine engine, double most) {
   CostByType cost = make_engine(graph, engine)->cost();
-  for (const FactorType doubtful :
+  for (const FactorType may_be_wrong :
        {FactorType::kPlaneMoments, FactorType::kSegment, FactorType::kLoop}) {
-    cost[static_cast<std::size_t>(doubtful)] = 0;
+    cost[static_cast<std::size_t>(may_be_wrong)] = 0;
   }
   double sum = total(cost);
   const RobustWeights chi2 = chi_squared_of(graph);

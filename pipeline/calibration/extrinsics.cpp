@@ -220,7 +220,7 @@ void apply_correction(Step& step, const MountingCorrection& correction) {
 }
 
 // A body that moves as this one does, corrected, is this one seen from a frame turned by T_new_old.
-// What wheels alone told stays.
+// What wheels alone measured stays.
 void turn_path(std::vector<Step>& steps, std::vector<LoopClosure>& loops, const SE3& T_new_old) {
   const SE3 T_old_new = T_new_old.inverse();
   SE3 T_old_since, T_new_since;  // from the last scan to the step before

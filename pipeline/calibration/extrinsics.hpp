@@ -38,8 +38,8 @@ struct MountingCalibration {
 /// Moves the step's sensor, and all that the step holds in the frame of the body with it.
 void apply_correction(Step& step, const MountingCorrection& correction);
 
-/// Motions and loops that a level scanner told which was said to sit elsewhere: T_new_old turns and
-/// moves what it saw, body axes. What wheels alone told stays.
+/// Motions and loops that a level scanner measured which was stated to sit elsewhere: T_new_old
+/// turns and moves what it saw, body axes. What wheels alone measured stays.
 void turn_path(std::vector<Step>& steps, std::vector<LoopClosure>& loops, const SE3& T_new_old);
 
 /// Corrects mountings in all steps, and motions and loops that were worked out with them:

@@ -12,7 +12,7 @@ struct MarkerFitOptions {
   double max_gap = 0.5;               ///< s, between samples of the reference
   int iterations = 30;
   double step_s = 0.05;          ///< half the time over which the reference's velocity is taken
-  double open = 1e-4;            ///< share of the best-told direction's curvature: told by nothing
+  double open = 1e-4;            ///< share of the best observed direction's curvature: not observed
   std::size_t least_pairs = 10;  ///< poses with a reference
 };
 

@@ -32,7 +32,7 @@ class DepthReader {
   /// Fills size, encoding and depth of `out`; `out.topic` is the image's. False when it is no depth
   /// image, or its size and its bytes do not agree.
   bool read(const RawImage& in, Message& out);
-  /// Likewise of 16-bit PNG and RVL [Wilson2017] behind compressedDepth's header of 12 bytes: a
+  /// Likewise of 16-bit PNG and RVL [Wilson2017] after compressedDepth's header of 12 bytes: a
   /// number of its format and A and B, by which floats were packed as A / depth + B. 16-bit PNG
   /// without that header, too.
   bool read(const PackedImage& in, Message& out);

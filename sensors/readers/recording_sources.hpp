@@ -21,12 +21,12 @@ std::unique_ptr<Recording> open_rawlog(const std::filesystem::path& file,
                                        const RecordingOptions& options);
 std::unique_ptr<Recording> open_rosbag(const std::filesystem::path& file,
                                        const RecordingOptions& options);
-/// The messages behind open_rosbag().
+/// The messages of open_rosbag().
 std::unique_ptr<bag::Source> open_rosbag_messages(const std::string& name);
 /// A .db3 or .mcap, also as .zstd, or a folder of them with or without metadata.yaml.
 std::unique_ptr<Recording> open_ros2(const std::filesystem::path& path,
                                      const RecordingOptions& options);
-/// The messages behind open_ros2().
+/// The messages of open_ros2().
 std::unique_ptr<bag::Source> open_ros2_messages(const std::filesystem::path& path);
 /// `uri` is a file (.oni), a device's URI, or empty for any device.
 std::unique_ptr<Recording> open_openni(const std::string& uri, bool is_file,

@@ -1,4 +1,4 @@
-// ROS 1 bags behind a plain interface.
+// ROS 1 bags by a plain interface.
 #pragma once
 
 #include <memory>

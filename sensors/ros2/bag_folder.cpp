@@ -20,7 +20,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-// Numbers within names count as such: _10 comes behind _9.
+// Numbers within names count as such: _10 comes after _9.
 bool before(const fs::path& a, const fs::path& b) {
   const std::string x = a.filename().string(), y = b.filename().string();
   const auto is_digit = [](char c) { return c >= '0' && c <= '9'; };

@@ -15,7 +15,7 @@ struct BagFiles {
   std::optional<std::int64_t> messages;      ///< as metadata.yaml counts them
 };
 
-/// Whether a file's name is one of a recording: .db3 or .mcap, also with .zstd or .zst behind.
+/// Whether a file's name is one of a recording: .db3 or .mcap, also with .zstd or .zst added.
 bool is_bag_file(const std::filesystem::path& file);
 
 /// By metadata.yaml, where its names are there: with or without the folder's name before them,

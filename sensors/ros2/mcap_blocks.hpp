@@ -72,7 +72,7 @@ struct McapWalkOptions {
   std::uint64_t most_head = 4096;  ///< bytes of a chunk's numbers and the name of its compression
 };
 
-/// Walks over a file that begins as MCAP does. What stands behind the first record that is damaged
+/// Walks over a file that begins as MCAP does. What stands after the first record that is damaged
 /// or goes beyond the end of the file is not read. Channels outside of chunks go to `channels`.
 McapLayout walk_mcap(const PlacedFile& file, McapChannels& channels,
                      const McapWalkOptions& options = {});

@@ -13,6 +13,9 @@ FOLDERS = "models sensors frontend backend testing grid io sim viewer pipeline a
 NOT_CODE = re.compile(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\'', re.S)
 CONSTANT = re.compile(r"\b(?:constexpr|const)\s+[\w:<>, ]+?\s+k[A-Z]\w*\s*[={]")
 DIALECT = set("hear hears heard believe believes believed told heir heirs remount lawful whisker".split())
+# In names and comments alike: sensors measure and observe, estimates are accepted, rejected, uncertain; things lie
+# after, beyond, at a distance (docs/guide/glossary.md).
+LOOSE = re.compile(r"hear[ds]?|hearings?|doubt[a-z]*|believ[a-z]*|told|looks|apart|behind")
 
 
 def code_of(text):
@@ -46,11 +49,15 @@ def lengths(code):
 
 
 def count(source):
-    counts = {"functions over 60 lines": 0, "functions over 40 lines": 0, "words of the dialect": 0}
+    counts = {"functions over 60 lines": 0, "functions over 40 lines": 0, "words of the dialect": 0,
+              "words where the field has its own": 0}
     for folder in FOLDERS:
         constants = 0
         for file in sorted((source / folder).rglob("*.[ch]pp")):
-            code = code_of(file.read_text())
+            text = file.read_text()
+            counts["words where the field has its own"] += sum(
+                bool(LOOSE.fullmatch(part.lower())) for part in re.findall(r"[A-Z]?[a-z]+", text))
+            code = code_of(text)
             constants += len(CONSTANT.findall(code))
             for length in lengths(code):
                 counts["functions over 60 lines"] += length > 60

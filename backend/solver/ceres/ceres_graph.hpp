@@ -18,9 +18,9 @@ struct SizesOfGraph {
 
 /// Owns the parameter blocks and the problem, which may be given more blocks and residuals. Blocks
 /// (backend/graph/states.hpp): pose 7 (translation, quaternion x y z w), plane 4 (normal, rho about
-/// its anchor), surfel 3, extrinsics 7 as a pose. Held states are constant blocks; doubtful factors
-/// carry their weight as a loss, surfel parents a Cauchy kernel. Of Parts::kTurns: factors and
-/// manifolds of what turns alone.
+/// its anchor), surfel 3, extrinsics 7 as a pose. Held states are constant blocks; factors that may
+/// be wrong carry their weight as a loss, surfel parents a Cauchy kernel. Of Parts::kTurns: factors
+/// and manifolds of what turns alone.
 class CeresGraph {
  public:
   explicit CeresGraph(const Graph& graph, Parts parts = Parts::kAll);

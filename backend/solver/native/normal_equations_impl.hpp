@@ -61,7 +61,7 @@ struct NormalEquations::Impl {
   std::vector<CustomState> own_now, own_before;  ///< states of the user's own
   std::vector<int> own_variable;                 ///< detail::kHeld or the column block
   std::size_t custom_count = 0;                  ///< in the graph
-  // Which factor of the graph a doubtful term is (or is part of).
+  // Which factor of the graph a term that may be wrong is (or is part of).
   std::vector<std::size_t> loop_factor, loop_of_sensor_factor, moments_factor,
       moments_of_sensor_factor, segment_factor;
   std::size_t loop_count = 0, moments_count = 0, segment_count = 0;  ///< in the graph

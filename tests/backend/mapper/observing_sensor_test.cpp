@@ -76,9 +76,9 @@ TEST(ObservingSensor, MountingMovesWhatItsSensorSaw) {
                                    [](const auto& e) { return e.sensor == "depth_camera"; });
   ASSERT_NE(camera, map.graph.extrinsics.end());
   FoundExtrinsics found{camera->id, camera->sensor, camera->prior, C * camera->prior};
-  const MountedLooks looks = mount(map, {found});
-  EXPECT_LT((looks.of_images.log() - C.log()).norm(), 1e-12);
-  EXPECT_LT(looks.of_scans.log().norm(), 1e-12);
+  const SensorMotions moved = mount(map, {found});
+  EXPECT_LT((moved.of_images.log() - C.log()).norm(), 1e-12);
+  EXPECT_LT(moved.of_scans.log().norm(), 1e-12);
   EXPECT_TRUE(map.problems().empty());
   for (std::size_t i = 0; i < map.graph.plane_moments.size(); ++i) {
     const PlaneMomentsFactor& a = before.graph.plane_moments[i];
