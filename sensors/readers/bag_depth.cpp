@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 #include <string_view>
 
 #include <lamina/models/median.hpp>
@@ -22,13 +23,13 @@ std::uint16_t to_millimetres(float value, float unit) {
 }
 
 // No camera measures at hundreds of metres: such values are millimetres. 0: hardly any value.
-float unit_of(std::vector<float> values) {
+std::optional<float> unit_of(std::vector<float> values) {
   constexpr std::size_t kEnough = 50;
   constexpr float kFar = 100;  // m
   values.erase(std::remove_if(values.begin(), values.end(),
                               [](float v) { return !(v > 0) || !std::isfinite(v); }),
                values.end());
-  if (values.size() < kEnough) return 0;
+  if (values.size() < kEnough) return std::nullopt;
   return median(values) > kFar ? 0.001f : 1.0f;
 }
 
@@ -83,13 +84,13 @@ bool unpack_rvl(const unsigned char* data, std::size_t size, Message& out) {
 }  // namespace
 
 void DepthReader::fill_from_metres(const std::vector<float>& values, Message& out) {
-  float& unit = units_[out.topic];
-  if (unit == 0) unit = unit_of(values);
+  std::optional<float>& unit = units_[out.topic];
+  if (!unit) unit = unit_of(values);
   out.metres = true;
   out.floats_in_mm = unit == 0.001f;
   out.depth.resize(values.size());
   for (std::size_t i = 0; i < values.size(); ++i)
-    out.depth[i] = to_millimetres(values[i], unit == 0 ? 1.0f : unit);
+    out.depth[i] = to_millimetres(values[i], unit.value_or(1.0f));
 }
 
 bool DepthReader::read(const RawImage& in, Message& out) {

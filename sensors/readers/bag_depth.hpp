@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 
 #include <lamina/sensors/readers/bag_messages.hpp>
@@ -40,7 +41,7 @@ class DepthReader {
  private:
   void fill_from_metres(const std::vector<float>& values, Message& out);
 
-  std::map<std::string, float> units_;  // of topics of 32FC1, m; 0: not known yet
+  std::map<std::string, std::optional<float>> units_;  ///< of topics of 32FC1, m; none: unknown yet
 };
 
 }  // namespace lamina::bag
