@@ -9,12 +9,15 @@
 
 namespace lamina {
 
-/// A Kalman filter on (roll, pitch, height) with a slow random walk. A measurement beyond four
-/// sigmas is set aside; when `confirm_frames` of them in a row agree in a turn about the camera's
-/// own place (to 1 cm: ground that rises or falls ahead passes the body at another height), the
-/// mounting was knocked and the state starts anew there. When they do not agree the camera is not
-/// rigidly mounted
-/// (`rigid` false) and the state stays what it was.
+/// A Kalman filter on (roll, pitch, height) with a slow random walk. Unevenness of the ground is
+/// part of the measurement noise: its variance is what innovations scatter by beyond their own, and
+/// their correlation from one to the next says how many independent places were seen. The published
+/// mounting is the calibrated one until the estimate contradicts it
+/// (`mounting_gate`). A measurement beyond four sigmas is set aside; when `confirm_frames` of them
+/// in a row agree in a turn about the camera's own place (to 1 cm: ground that rises or falls ahead
+/// passes the body at another height), the mounting was knocked and the state starts anew there.
+/// Where those set aside tilt each in another way they are unevenness too; more of it than ground
+/// has (`max_unevenness_deg`) is a camera that is not rigidly mounted (`rigid` false).
 class MountingTracker {
  public:
   explicit MountingTracker(const FloorOptions& options) : options_(options) {}
@@ -37,10 +40,12 @@ class MountingTracker {
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
   friend void fields(A& a, MountingTracker& v) {
-    a(v.state_, v.P_, v.reported_, v.aside_, v.erratic_, v.estimate_);
+    a(v.state_, v.P_, v.ground_, v.lag_one_, v.previous_, v.reported_, v.aside_, v.estimate_);
   }
 
  private:
+  Eigen::Vector3d observe_ground(const Eigen::Vector3d& innovation,
+                                 const Eigen::Vector3d& expected);
   bool is_knock(const Eigen::Vector3d& measured) const;
   void set_aside(const Eigen::Vector3d& measured, const Eigen::Matrix3d& R);
   void publish(const SE3& T_body_camera_calibrated);
@@ -48,9 +53,11 @@ class MountingTracker {
   FloorOptions options_;
   Eigen::Vector3d state_ = Eigen::Vector3d::Zero();  ///< roll, pitch (rad), height (m)
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d ground_ = Eigen::Vector3d::Zero();    ///< variances of the ground, as state_
+  Eigen::Vector3d lag_one_ = Eigen::Vector3d::Zero();   ///< covariances of successive innovations
+  Eigen::Vector3d previous_ = Eigen::Vector3d::Zero();  ///< innovation, not of those set aside
   Eigen::Vector3d reported_ = Eigen::Vector3d::Zero();
   std::deque<Eigen::Vector3d> aside_;
-  int erratic_ = 0;
   bool knocks_accepted_ = true;  // told anew for every frame
   MountingEstimate estimate_;
 };

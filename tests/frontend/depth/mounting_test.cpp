@@ -136,6 +136,40 @@ TEST(MountingTracker, ConvergesAndReportsAKnock) {
   EXPECT_NEAR(tracker.estimate().pitch / kDegree, 1.6, 0.05);
 }
 
+// Two centimetres high and two metres long, driven over at 0.5 m/s and ten images a second.
+MountingEstimate over_swells(double pitch_deg, double height, const FloorOptions& options) {
+  MountingTracker tracker{options};
+  for (int i = 0; i < 300; ++i) {
+    const double roll = 0.4 * std::cos(0.2 * i + 1), pitch = 0.6 * std::sin(0.25 * i);
+    const double rise = 0.008 * std::sin(0.31 * i + 2);
+    tracker.update(kMounting, floor_of(turned(roll, pitch_deg + pitch, height + rise)),
+                   frame_noise());
+  }
+  return tracker.estimate();
+}
+
+TEST(MountingTracker, SwellsOfTheGroundAreNoMounting) {
+  for (const double factor : {0.5, 1.0, 1.5}) {
+    FloorOptions options;
+    options.mounting_gate *= factor;
+    const MountingEstimate e = over_swells(0, 0, options);
+    EXPECT_EQ(e.pitch, 0);
+    EXPECT_EQ(e.roll, 0);
+    EXPECT_EQ(e.height, kMounting.translation().z());
+  }
+}
+
+TEST(MountingTracker, SwellsOfTheGroundHideNoWrongMounting) {
+  for (const double factor : {0.5, 1.0, 1.5}) {
+    FloorOptions options;
+    options.mounting_gate *= factor;
+    const MountingEstimate e = over_swells(2, 0.03, options);
+    EXPECT_NEAR(e.pitch / kDegree, 2, 0.3);
+    EXPECT_NEAR(e.height, kMounting.translation().z() + 0.03, 0.006);
+    EXPECT_LT(std::sqrt(e.covariance(0, 0)) / kDegree, 0.5);
+  }
+}
+
 // Driven to at 0.5 m/s and ten images a second, and stood before: both fill the image.
 TEST(MountingTracker, ARampAheadIsNoKnock) {
   MountingTracker tracker{FloorOptions()};
@@ -177,12 +211,17 @@ TEST(MountingTracker, OneWrongFrameMovesNothing) {
 }
 
 TEST(MountingTracker, AHandIsNotRigid) {
-  MountingTracker tracker{FloorOptions()};
-  for (int i = 0; i < 40; ++i) {
-    tracker.update(kMounting, floor_of(turned(3 * std::sin(0.9 * i), 4 * std::cos(1.3 * i))),
-                   frame_noise());
+  for (const double factor : {0.5, 1.0, 1.5}) {
+    FloorOptions options;
+    options.max_unevenness_deg *= factor;
+    MountingTracker tracker{options};
+    for (int i = 0; i < 40; ++i) {
+      tracker.update(kMounting, floor_of(turned(3 * std::sin(0.9 * i), 4 * std::cos(1.3 * i))),
+                     frame_noise());
+    }
+    EXPECT_FALSE(tracker.estimate().rigid);
+    EXPECT_TRUE(over_swells(0, 0, options).rigid);
   }
-  EXPECT_FALSE(tracker.estimate().rigid);
 }
 
 }  // namespace
