@@ -86,6 +86,13 @@ JudgedBlocks judge(const std::vector<QuadraticBlock>& blocks, const Eigen::Matri
   for (double& gain : gains) gain /= noise;
   result.covariance = jackknife_covariance(left_out);
   result.adoption = judge(gains, options);
+  const double least = student_quantile(static_cast<double>(blocks.size()) - 1);
+  bool off = false;
+  for (Eigen::Index k = 0; k < result.value.size(); ++k) {
+    const bool of_asked = stated(k, k) > 2 * asked(k, k);
+    off |= of_asked && std::abs(result.value(k)) > least * std::sqrt(result.covariance(k, k));
+  }
+  result.adoption.adopted = result.adoption.adopted && off;
   return result;
 }
 

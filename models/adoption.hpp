@@ -70,7 +70,8 @@ struct JudgedBlocks {
 };
 
 /// The test of those free with prior information `asked` and not with `stated` (held about zero by
-/// much of it). Costs are in units of what blocks differ by from each other, where that is more
+/// much of it): that of AdoptionOptions, and off zero by Student's t of the blocks in one of them.
+/// Costs are in units of what blocks differ by from each other, where that is more
 /// than they say.
 JudgedBlocks judge(const std::vector<QuadraticBlock>& blocks, const Eigen::MatrixXd& stated,
                    const Eigen::MatrixXd& asked, const AdoptionOptions& options = {});

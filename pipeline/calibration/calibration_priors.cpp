@@ -67,7 +67,10 @@ bool WheelPrior::place_observed(const WheelErrors& e) const {
 
 MountingCorrection WheelPrior::correction(const Vector& errors) const {
   const Vector of_camera = to_camera_ * errors;
-  return {{0, 0, -errors(kDirection)}, {of_camera(kPlace), of_camera(kPlace + 1), 0}};
+  MountingCorrection result;
+  if (is_free(kDirection)) result.rotation_body.z() = -errors(kDirection);
+  if (is_free(kPlace)) result.translation_body.head<2>() = of_camera.segment<2>(kPlace);
+  return result;
 }
 
 }  // namespace lamina

@@ -55,10 +55,11 @@ bool report(const Estimate& e, Diagnostics& metrics, const std::string& warning_
 }
 
 void report_change(const std::string& parameter, double stated, double found, double sigma,
-                   Diagnostics& metrics) {
+                   Diagnostics& metrics, double score) {
   CalibrationEntry& entry = entry_of(parameter, stated, metrics);
   entry.found = found;
   entry.sigma = sigma;
+  entry.score = score;
   entry.adopted = true;
   run_log().info("corrected: {} {:.6g} -> {:.6g} (+-{:.2g})", parameter, stated, found, sigma);
 }

@@ -24,8 +24,8 @@ struct Estimate {
 bool report(const Estimate& estimate, Diagnostics& metrics, const std::string& warning_id = {},
             const std::string& consequence = {});
 
-/// What was adopted in ways that keep no blocks: before and after alone.
+/// What was adopted: before and after. `score` is 0 where no blocks were left out.
 void report_change(const std::string& parameter, double stated, double found, double sigma,
-                   Diagnostics& metrics);
+                   Diagnostics& metrics, double score = 0);
 
 }  // namespace lamina

@@ -19,6 +19,7 @@ struct CorrectedMounting {
   MountingCorrection correction;
   /// 1-sigma (rad, m), zero where none was told.
   Eigen::Vector3d sigma_turn = Eigen::Vector3d::Zero(), sigma_move = Eigen::Vector3d::Zero();
+  double score = 0;  ///< Adoption::gain, where blocks were left out
 };
 
 /// A place of a level scanner that its turns contradict, beyond what mountings are measured to (m,

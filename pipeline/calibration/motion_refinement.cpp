@@ -19,7 +19,7 @@ struct ObservedMotions {
   std::vector<std::optional<Increment>> motions;  // of the steps, where images tell them
   std::vector<LeftToWheels> left_to_wheels;       // where they were asked
   std::vector<std::size_t> carried;               // steps from one place to another
-  std::optional<MountingCorrection> mounting;
+  std::optional<CorrectedMounting> mounting;
   MountingEvidence of_mounting;
   AgainstWheels against;
 };
@@ -55,7 +55,7 @@ ObservedMotions look(Recording& recording, const DepthDistortion& distortion,
     const bool known = follows && observed_by_wheels(step);
     if (known) observed.motions[i] = beside.add(frame->stamp, motion);
     if (known) observed.left_to_wheels[i] = left_to_wheels(motion, guess);
-    camera.add(known ? std::optional(wheels) : std::nullopt, motion);
+    camera.add(frame->stamp, known ? std::optional(wheels) : std::nullopt, motion);
     if (!known) place = PlaceWatch();
     seen.push_back(i);
     if (const auto ago = place.add(*frame, motion.T_prev_curr_body, wheels.T_from_to))
@@ -112,7 +112,7 @@ MotionsByImages refine_motions_by_images(const OpenRecording& open,
   MotionsByImages result;
   if (remounting && observed.mounting && one_kind_of_camera(steps) && !ended()) {
     result.mounting = observed.mounting;
-    for (Step& step : steps) apply_correction(step, *observed.mounting);
+    for (Step& step : steps) apply_correction(step, observed.mounting->correction);
     observed = look(*open(), distortion, steps, ended);
   }
   result.left = observed.of_mounting;

@@ -8,8 +8,8 @@
 
 #include <lamina/frontend/frontend.hpp>
 #include <lamina/frontend/motion/depth_odometry.hpp>
-#include <lamina/frontend/segments/mounting_correction.hpp>
 #include <lamina/models/diagnostics.hpp>
+#include <lamina/pipeline/calibration/extrinsics.hpp>
 #include <lamina/pipeline/calibration/mounting_evidence.hpp>
 #include <lamina/sensors/recording.hpp>
 
@@ -40,10 +40,10 @@ class MotionBesideWheels {
 void tell_against_wheels(const AgainstWheels& against, Diagnostics& metrics);
 
 struct MotionsByImages {
-  int observed = 0;                            ///< steps whose motions images tell now
-  std::optional<MountingCorrection> mounting;  ///< what was done to the camera's mounting
-  MountingEvidence left;                       ///< what images say of it as it is then
-  AgainstWheels against;                       ///< of the wheels
+  int observed = 0;                           ///< steps whose motions images tell now
+  std::optional<CorrectedMounting> mounting;  ///< what was done to the camera's mounting
+  MountingEvidence left;                      ///< what images say of it as it is then
+  AgainstWheels against;                      ///< of the wheels
 };
 
 /// A second look over the depth images, once errors of wheels and mountings are out of the steps:

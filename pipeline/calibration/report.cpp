@@ -33,10 +33,10 @@ void tell(const CorrectedMounting& one, Diagnostics& metrics) {
     const char axis = "xyz"[k];
     if (degrees(k) != 0)
       report_change(fmt::format("{}.{}_error_deg", one.sensor, turns[k]), 0, -degrees(k),
-                    one.sigma_turn(k) / kDegree, metrics);
+                    one.sigma_turn(k) / kDegree, metrics, one.score);
     if (cm(k) != 0)
       report_change(fmt::format("{}.{}_error_cm", one.sensor, axis), 0, -cm(k),
-                    100 * one.sigma_move(k), metrics);
+                    100 * one.sigma_move(k), metrics, one.score);
     metrics.counts.of(one.sensor).turned_deg[k] += degrees(k);
     metrics.counts.of(one.sensor).moved_cm[k] += cm(k);
   }
@@ -345,7 +345,7 @@ MountingEvidence correct_motions_by_images(const OpenRecording& open,
       refine_motions_by_images(open, distortion, steps, remounting, ended);
   metrics.counts.motions_by_images = found.observed;
   tell_against_wheels(found.against, metrics);
-  if (found.mounting) tell({"camera", "images against wheels", *found.mounting}, metrics);
+  if (found.mounting) tell(*found.mounting, metrics);
   return found.left;
 }
 

@@ -19,7 +19,6 @@ constexpr double kLeastNoise = 0.1;  // of the stated variance
 constexpr std::size_t kLeastFacts = 30;
 constexpr double kMedianSquare = 0.455;  // of a normal of variance 1
 constexpr int kRounds = 6;
-constexpr double kObserved = 2.5;  // sigmas, of the heading
 // What images' slow errors may do to the camera's heading (rad) and place (m) however long the way.
 constexpr double kSharedTurn = 0.004, kSharedPlace = 0.004;
 
@@ -48,7 +47,7 @@ CameraAgainstWheels::CameraAgainstWheels(const Eigen::Vector2d& camera_place,
                                          const DepthOdometryOptions& options)
     : options_(options), camera_place_(camera_place) {}
 
-void CameraAgainstWheels::add(const std::optional<Increment>& by_wheels,
+void CameraAgainstWheels::add(Timestamp stamp, const std::optional<Increment>& by_wheels,
                               const DepthMotion& by_image) {
   const bool measured = by_image.status == ScanMotion::Status::kTracked ||
                         by_image.status == ScanMotion::Status::kDegenerate;
@@ -60,14 +59,15 @@ void CameraAgainstWheels::add(const std::optional<Increment>& by_wheels,
     piece_->covariance = back * piece_->covariance * back.transpose() + by_wheels->covariance;
     piece_->wheels.push_back(T);
     piece_->T_images = piece_->T_images * by_image.T_prev_curr_body;
-    if (by_image.key_frame) take(by_image);
+    if (by_image.key_frame) take(stamp, by_image);
   }
   if (by_image.key_frame) piece_.emplace();
 }
 
 // The piece ends with a key frame, which was matched with the one it began with (and an older one
 // where that overlaps).
-void CameraAgainstWheels::take(const DepthMotion& by_image) {
+void CameraAgainstWheels::take(Timestamp stamp, const DepthMotion& by_image) {
+  const int block = blocks_.of(stamp);
   const SE3 T_wheels_images = composed(piece_->wheels, Vector::Zero()).inverse() * piece_->T_images;
   Matrix6d information = by_image.image_information;
   information.diagonal().array() += 1;  // a metre, a radian: what is open stays finite
@@ -97,33 +97,47 @@ void CameraAgainstWheels::take(const DepthMotion& by_image) {
     if (variance > kHeld) continue;
     const Eigen::RowVector3d to_fact =
         axes.eigenvectors().col(k).transpose() * whiten / std::sqrt(variance);
-    facts_.push_back({(to_fact * J).transpose(), to_fact * off});
+    facts_.push_back({(to_fact * J).transpose(), to_fact * off, block});
   }
 }
 
-WheelErrors CameraAgainstWheels::fit(const WheelPrior& prior) const {
-  WheelErrors result;
-  double noise = 1e9;  // variance of a fact: at first all are heard
+bool CameraAgainstWheels::Fit::holds(const Fact& fact) const {
+  return std::pow(fact.value - fact.row.dot(errors.value), 2) <= kOutlier * noise;
+}
+
+CameraAgainstWheels::Fit CameraAgainstWheels::fit(const WheelPrior& prior) const {
+  Fit result{{}, 1e9};  // at first every fact counts
   for (int round = 0; round < kRounds; ++round) {
     Matrix H = prior.information();
     Vector b = Vector::Zero();
+    const double variance = round == 0 ? 1 : result.noise;
     for (const Fact& fact : facts_) {
-      const double off = fact.value - fact.row.dot(result.value);
-      if (off * off > kOutlier * noise) continue;
-      const double variance = round == 0 ? 1 : noise;
+      if (!result.holds(fact)) continue;
       H += fact.row * fact.row.transpose() / variance;
       b += fact.row * fact.value / variance;
     }
-    result.value = H.ldlt().solve(b);
-    result.covariance = H.inverse();
+    result.errors.value = H.ldlt().solve(b);
+    result.errors.covariance = H.inverse();
     std::vector<double> squares;
     for (const Fact& fact : facts_) {
-      squares.push_back(std::pow(fact.value - fact.row.dot(result.value), 2));
+      squares.push_back(std::pow(fact.value - fact.row.dot(result.errors.value), 2));
     }
-    noise = std::max(kLeastNoise, median(squares) / kMedianSquare);
+    result.noise = std::max(kLeastNoise, median(squares) / kMedianSquare);
   }
   const Vector shared = WheelErrors::of(0, 0, 0, kSharedTurn, kSharedPlace, kSharedPlace);
-  result.covariance.diagonal() += shared.cwiseAbs2();
+  result.errors.covariance.diagonal() += shared.cwiseAbs2();
+  return result;
+}
+
+std::vector<QuadraticBlock> CameraAgainstWheels::by_blocks(const Fit& fit) const {
+  std::vector<QuadraticBlock> result(static_cast<std::size_t>(blocks_.count()),
+                                     {Matrix::Zero(), Vector::Zero()});
+  for (const Fact& fact : facts_) {
+    if (!fit.holds(fact)) continue;
+    QuadraticBlock& block = result[static_cast<std::size_t>(fact.block)];
+    block.H += fact.row * fact.row.transpose() / fit.noise;
+    block.b += fact.row * fact.value / fit.noise;
+  }
   return result;
 }
 
@@ -131,7 +145,7 @@ MountingEvidence CameraAgainstWheels::evidence() const {
   MountingEvidence result;
   if (facts_.size() < kLeastFacts) return result;
   const WheelPrior prior(camera_place_);
-  const WheelErrors errors = fit(prior);
+  const WheelErrors errors = fit(prior).errors;
   // The frame of the camera is turned by -direction against the wheels'.
   Eigen::Matrix3d to_e;
   to_e << 0, 1, 0, 0, 0, 1, -1, 0, 0;
@@ -146,12 +160,20 @@ MountingEvidence CameraAgainstWheels::evidence() const {
   return result;
 }
 
-std::optional<MountingCorrection> CameraAgainstWheels::correction() const {
+std::optional<CorrectedMounting> CameraAgainstWheels::correction() const {
   if (facts_.size() < kLeastFacts) return std::nullopt;
-  WheelPrior prior(camera_place_);
-  const auto errors = prior.settle([&] { return std::optional(fit(prior)); }, kObserved);
-  if (!prior.mounting_is_free()) return std::nullopt;
-  return prior.correction(errors->value);
+  WheelPrior prior(camera_place_), stated(camera_place_);
+  prior.settle([&] { return std::optional(fit(prior).errors); }, 0);
+  stated.fix_direction();
+  stated.fix_place();
+  const Fit found = fit(prior);
+  const JudgedBlocks judged = judge(by_blocks(found), stated.information(), prior.information());
+  if (!judged.adoption.adopted) return std::nullopt;
+  const Vector sigma =
+      found.errors.covariance.diagonal().cwiseMax(judged.covariance.diagonal()).cwiseSqrt();
+  return CorrectedMounting{
+      "camera",         "images against wheels", prior.correction(found.errors.value),
+      {0, 0, sigma(3)}, {sigma(4), sigma(5), 0}, judged.adoption.gain};
 }
 
 }  // namespace lamina

@@ -6,7 +6,10 @@
 
 #include <lamina/frontend/motion/depth_odometry.hpp>
 #include <lamina/frontend/motion/wheel_odometry.hpp>
+#include <lamina/models/adoption.hpp>
+#include <lamina/models/timestamp.hpp>
 #include <lamina/pipeline/calibration/calibration_priors.hpp>
+#include <lamina/pipeline/calibration/extrinsics.hpp>
 #include <lamina/pipeline/calibration/mounting_evidence.hpp>
 
 namespace lamina {
@@ -22,12 +25,13 @@ class CameraAgainstWheels {
   /// `camera_place`: where the camera is said to sit (m, body x and y).
   explicit CameraAgainstWheels(const Eigen::Vector2d& camera_place,
                                const DepthOdometryOptions& options = {});
-  /// The motion between two images. nullopt where wheels or the image do not tell it: the piece of
-  /// way begins anew with the next key frame.
-  void add(const std::optional<Increment>& by_wheels, const DepthMotion& by_image);
-  /// What must be done to the camera's mounting; nullopt where neither heading (2.5 sigmas) nor
-  /// place (chi-squared 13.8; between 5 mm and 6 cm) stands out.
-  std::optional<MountingCorrection> correction() const;
+  /// The motion from the image before to that of `stamp`. nullopt where wheels or the image do not
+  /// tell it: the piece of way begins anew with the next key frame.
+  void add(Timestamp stamp, const std::optional<Increment>& by_wheels, const DepthMotion& by_image);
+  /// What must be done to the camera's mounting: heading, and place where it stands out
+  /// (chi-squared 13.8; between 5 mm and 6 cm). nullopt where blocks left out do not fit better by
+  /// it (models/adoption.hpp).
+  std::optional<CorrectedMounting> correction() const;
   /// What was added says of the mounting, whether it stands out or not.
   MountingEvidence evidence() const;
 
@@ -41,14 +45,23 @@ class CameraAgainstWheels {
   struct Fact {
     WheelErrors::Vector row;
     double value;
+    int block;
   };
-  void take(const DepthMotion& by_image);
-  WheelErrors fit(const WheelPrior& prior) const;
+  struct Fit {
+    WheelErrors errors;
+    double noise;  ///< variance of a fact
+    bool holds(const Fact& fact) const;
+  };
+  void take(Timestamp stamp, const DepthMotion& by_image);
+  Fit fit(const WheelPrior& prior) const;
+  /// The facts of each block that the fit holds.
+  std::vector<QuadraticBlock> by_blocks(const Fit& fit) const;
 
   DepthOdometryOptions options_;
   Eigen::Vector2d camera_place_;
   std::optional<Piece> piece_;  ///< since the last key frame
   std::vector<Fact> facts_;
+  Blocks blocks_;
 };
 
 }  // namespace lamina
