@@ -25,8 +25,8 @@ Eigen::Matrix3d measurement_noise(const Eigen::Matrix3d& covariance) {
 
 // How level one place of the ground is, before its unevenness was observed.
 Eigen::Vector3d one_place() {
-  constexpr double kTilt = 0.2 * kDegree, kHeight = 0.01;  // 1-sigma
-  return Eigen::Vector3d(kTilt, kTilt, kHeight).cwiseAbs2();
+  const Eigen::Vector3d sigma(0.2 * kDegree, 0.2 * kDegree, 0.01);  // roll, pitch (rad), height (m)
+  return sigma.cwiseAbs2();
 }
 
 }  // namespace
