@@ -33,6 +33,7 @@ Eigen::Vector3d one_place() {
 
 void MountingTracker::begin(const SE3& T_calibrated, const Leveling& mounting) {
   state_ = {mounting.roll, mounting.pitch, mounting.height};
+  begun_ = state_;
   P_ = one_place().asDiagonal();
   ground_ = lag_one_ = one_place();
   reported_ = state_;
@@ -130,7 +131,8 @@ void MountingTracker::skip(const SE3& T_calibrated) {
 }
 
 void MountingTracker::publish(const SE3& T_calibrated) {
-  const Eigen::Vector3d stated(0, 0, T_calibrated.translation().z());
+  const Eigen::Vector3d stated =
+      begun_.value_or(Eigen::Vector3d(0, 0, T_calibrated.translation().z()));
   const Eigen::Vector3d off = state_ - stated;
   const bool contradicted = off.dot(P_.inverse() * off) > options_.mounting_gate;
   const Eigen::Vector3d used = contradicted ? state_ : stated;

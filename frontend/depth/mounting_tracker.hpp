@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 
 #include <lamina/frontend/depth/floor_options.hpp>
 #include <lamina/frontend/depth/floor_result.hpp>
@@ -40,7 +41,8 @@ class MountingTracker {
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
   friend void fields(A& a, MountingTracker& v) {
-    a(v.state_, v.P_, v.ground_, v.lag_one_, v.previous_, v.reported_, v.aside_, v.estimate_);
+    a(v.begun_, v.state_, v.P_, v.ground_, v.lag_one_, v.previous_, v.reported_, v.aside_,
+      v.estimate_);
   }
 
  private:
@@ -51,6 +53,7 @@ class MountingTracker {
   void publish(const SE3& T_body_camera_calibrated);
 
   FloorOptions options_;
+  std::optional<Eigen::Vector3d> begun_;  ///< what begin() set, in place of the calibrated
   Eigen::Vector3d state_ = Eigen::Vector3d::Zero();  ///< roll, pitch (rad), height (m)
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Identity();
   Eigen::Vector3d ground_ = Eigen::Vector3d::Zero();    ///< variances of the ground, as state_
