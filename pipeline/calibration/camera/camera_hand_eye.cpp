@@ -61,7 +61,7 @@ void CameraAgainstWheels::add(Timestamp stamp, const std::optional<Increment>& b
     piece_->T_images = piece_->T_images * by_image.T_prev_curr_body;
     if (by_image.key_frame) take(stamp, by_image);
   }
-  if (by_image.key_frame) piece_.emplace();
+  if (by_image.key_frame) piece_ = Piece{};
 }
 
 // The piece ends with a key frame, which was matched with the one it began with (and an older one
