@@ -1,6 +1,5 @@
 // Sums over blocks.
 #include <lamina/models/adoption.hpp>
-#include <lamina/models/median.hpp>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -54,20 +53,30 @@ double jackknife_sigma(const std::vector<double>& left_out) {
   return all.empty() ? 0 : std::sqrt(jackknife_covariance(all)(0, 0));
 }
 
-JudgedBlocks judge(const std::vector<QuadraticBlock>& blocks, const Eigen::MatrixXd& stated,
-                   const Eigen::MatrixXd& asked, const AdoptionOptions& options) {
-  JudgedBlocks result;
-  if (blocks.size() < 2) return result;
+namespace {
+
+QuadraticBlock sum(const std::vector<QuadraticBlock>& blocks) {
   QuadraticBlock all = blocks.front();
   for (std::size_t k = 1; k < blocks.size(); ++k) {
     all.H += blocks[k].H;
     all.b += blocks[k].b;
   }
+  return all;
+}
+
+}  // namespace
+
+JudgedBlocks judge(const std::vector<QuadraticBlock>& blocks, const Eigen::MatrixXd& stated,
+                   const Eigen::MatrixXd& asked, const AdoptionOptions& options) {
+  JudgedBlocks result;
+  if (blocks.size() < 2) return result;
+  const QuadraticBlock all = sum(blocks);
   const auto solve = [](const Eigen::MatrixXd& H, const Eigen::VectorXd& b) {
     return Eigen::VectorXd(H.ldlt().solve(b));
   };
   result.value = solve(all.H + asked, all.b);
-  std::vector<double> apart, gains;
+  double excess = 0, observed = 0;
+  std::vector<double> gains;
   std::vector<Eigen::VectorXd> left_out;
   for (const QuadraticBlock& block : blocks) {
     const Eigen::MatrixXd H = all.H - block.H;
@@ -76,13 +85,15 @@ JudgedBlocks judge(const std::vector<QuadraticBlock>& blocks, const Eigen::Matri
     const auto cost = [&block](const Eigen::VectorXd& at) {
       return at.dot(block.H * at) - 2 * block.b.dot(at);
     };
-    // Where the block alone has its least: how far below what the others make of it.
+    // How far the least of the block's own cost lies below what the others give it, and how many
+    // parameters the block observes.
     const Eigen::VectorXd own = solve(block.H + asked, block.b);
-    apart.push_back((cost(p) - cost(own)) / static_cast<double>(p.size()));
+    excess += cost(p) - cost(own);
+    observed += Eigen::MatrixXd((block.H + asked).ldlt().solve(block.H)).trace();
     gains.push_back(cost(p0) - cost(p));
     left_out.push_back(p);
   }
-  const double noise = std::max(1.0, median(apart));
+  const double noise = observed > 0 ? std::max(1.0, excess / observed) : 1.0;
   for (double& gain : gains) gain /= noise;
   result.covariance = jackknife_covariance(left_out);
   result.adoption = judge(gains, options);

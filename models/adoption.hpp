@@ -71,8 +71,8 @@ struct JudgedBlocks {
 
 /// The test of those free with prior information `asked` and not with `stated` (held about zero by
 /// much of it): that of AdoptionOptions, and off zero by Student's t of the blocks in one of them.
-/// Costs are in units of what blocks differ by from each other, where that is more
-/// than they say.
+/// Costs are in units of the mean square by which blocks differ from each other per parameter that
+/// they observe (tr (H + asked)^-1 H), where that is more than they state.
 JudgedBlocks judge(const std::vector<QuadraticBlock>& blocks, const Eigen::MatrixXd& stated,
                    const Eigen::MatrixXd& asked, const AdoptionOptions& options = {});
 

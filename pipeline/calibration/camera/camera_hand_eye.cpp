@@ -3,9 +3,9 @@
 #include <lamina/pipeline/calibration/camera/camera_hand_eye.hpp>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 
 namespace lamina {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 using Vector = WheelErrors::Vector;
 using Matrix = WheelErrors::Matrix;
 constexpr double kDelta = 1e-4;  // of an error, for differences
-constexpr double kHeld = 10;    // of the wheels' variance: directions an image knows worse are open
+constexpr double kHeld = 10;    // of the wheels' variance: components an image knows worse are open
 constexpr double kOutlier = 9;  // chi-squared
 constexpr double kLeastNoise = 0.1;  // of the stated variance
 constexpr std::size_t kLeastFacts = 30;
@@ -87,42 +87,41 @@ void CameraAgainstWheels::take(Timestamp stamp, const DepthMotion& by_image) {
   const double r = options_.sigma_rotation + options_.sigma_motion * radians;
   Eigen::Matrix3d expected = planar(piece_->covariance);
   expected.diagonal() += Eigen::Vector3d(t * t, t * t, r * r);
-  // In units of what is expected, along the axes of what the image knows.
-  const Eigen::Matrix3d L = expected.llt().matrixL();
-  const Eigen::Matrix3d whiten = L.inverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(
-      Eigen::Matrix3d(whiten * planar(of_image) * whiten.transpose()));
+  const Eigen::Matrix3d measured = planar(of_image);
   for (int k = 0; k < 3; ++k) {
-    const double variance = 1 + axes.eigenvalues()(k);
-    if (variance > kHeld) continue;
-    const Eigen::RowVector3d to_fact =
-        axes.eigenvectors().col(k).transpose() * whiten / std::sqrt(variance);
-    facts_.push_back({(to_fact * J).transpose(), to_fact * off, block});
+    const double variance = expected(k, k) + measured(k, k);
+    if (variance > kHeld * expected(k, k)) continue;
+    facts_.push_back(
+        {J.row(k).transpose() / std::sqrt(variance), off(k) / std::sqrt(variance), k, block});
   }
 }
 
 bool CameraAgainstWheels::Fit::holds(const Fact& fact) const {
-  return std::pow(fact.value - fact.row.dot(errors.value), 2) <= kOutlier * noise;
+  return std::pow(fact.value - fact.row.dot(errors.value), 2) <= kOutlier * noise(fact.component);
 }
 
 CameraAgainstWheels::Fit CameraAgainstWheels::fit(const WheelPrior& prior) const {
-  Fit result{{}, 1e9};  // at first every fact counts
+  Fit result{{}, Eigen::Vector3d::Constant(1e9)};  // at first every fact counts
   for (int round = 0; round < kRounds; ++round) {
     Matrix H = prior.information();
     Vector b = Vector::Zero();
-    const double variance = round == 0 ? 1 : result.noise;
     for (const Fact& fact : facts_) {
       if (!result.holds(fact)) continue;
+      const double variance = round == 0 ? 1 : result.noise(fact.component);
       H += fact.row * fact.row.transpose() / variance;
       b += fact.row * fact.value / variance;
     }
     result.errors.value = H.ldlt().solve(b);
     result.errors.covariance = H.inverse();
-    std::vector<double> squares;
+    std::array<std::vector<double>, 3> squares;
     for (const Fact& fact : facts_) {
-      squares.push_back(std::pow(fact.value - fact.row.dot(result.errors.value), 2));
+      squares[static_cast<std::size_t>(fact.component)].push_back(
+          std::pow(fact.value - fact.row.dot(result.errors.value), 2));
     }
-    result.noise = std::max(kLeastNoise, median(squares) / kMedianSquare);
+    for (int k = 0; k < 3; ++k) {
+      result.noise(k) =
+          std::max(kLeastNoise, median(squares[static_cast<std::size_t>(k)]) / kMedianSquare);
+    }
   }
   const Vector shared = WheelErrors::of(0, 0, 0, kSharedTurn, kSharedPlace, kSharedPlace);
   result.errors.covariance.diagonal() += shared.cwiseAbs2();
@@ -135,8 +134,8 @@ std::vector<QuadraticBlock> CameraAgainstWheels::by_blocks(const Fit& fit) const
   for (const Fact& fact : facts_) {
     if (!fit.holds(fact)) continue;
     QuadraticBlock& block = result[static_cast<std::size_t>(fact.block)];
-    block.H += fact.row * fact.row.transpose() / fit.noise;
-    block.b += fact.row * fact.value / fit.noise;
+    block.H += fact.row * fact.row.transpose() / fit.noise(fact.component);
+    block.b += fact.row * fact.value / fit.noise(fact.component);
   }
   return result;
 }

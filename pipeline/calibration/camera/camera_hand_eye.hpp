@@ -19,7 +19,8 @@ namespace lamina {
 /// camera among them) to what they differ by:
 ///   planar part of log(T_wheels^-1 T_images) = J e + noise of both,
 /// least squares with the prior of the errors over the directions that images hold. Noise is what
-/// is stated, scaled by what is left after the fit.
+/// is stated, scaled for each component by what is left after the fit: a swaying camera misplaces
+/// across the way, and one scale for all would keep of it what agrees with the estimate.
 class CameraAgainstWheels {
  public:
   /// `camera_place`: where the camera is said to sit (m, body x and y).
@@ -41,15 +42,17 @@ class CameraAgainstWheels {
     Matrix6d covariance = Matrix6d::Zero();  ///< of all of them together
     SE3 T_images;
   };
-  /// One direction of a piece: value = row e + noise of variance 1 (before it is scaled).
+  /// One component of a piece's planar motion: value = row e + noise of variance 1 (before it is
+  /// scaled).
   struct Fact {
     WheelErrors::Vector row;
     double value;
+    int component;  ///< along, across, heading
     int block;
   };
   struct Fit {
     WheelErrors errors;
-    double noise;  ///< variance of a fact
+    Eigen::Vector3d noise;  ///< variance of a fact of each component
     bool holds(const Fact& fact) const;
   };
   void take(Timestamp stamp, const DepthMotion& by_image);
