@@ -40,6 +40,8 @@ class FrontEnd {
   void begin_with_mounting(const SE3& T_body_camera_calibrated, const Leveling& mounting) {
     floor_.begin(T_body_camera_calibrated, mounting);
   }
+  /// How uneven the ground is, before the first measurement (MountingTracker::expect_ground).
+  void expect_ground(const Leveling& sigma) { floor_.expect_ground(sigma); }
   /// What tells the motion, and all that can be told to it before the first measurement.
   MotionEstimator& motion() { return motion_; }
   const MotionEstimator& motion() const { return motion_; }

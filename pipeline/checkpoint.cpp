@@ -15,7 +15,7 @@
 namespace lamina {
 namespace {
 
-constexpr io::SealedKind kKind{"LAMINACP", 30, "a checkpoint of `lamina map`"};
+constexpr io::SealedKind kKind{"LAMINACP", 31, "a checkpoint of `lamina map`"};
 
 constexpr std::size_t kMostPending = 4 << 20;  // bytes
 

@@ -175,6 +175,8 @@ void FloorFrontend::begin(const SE3& T_body_camera_calibrated, const Leveling& m
   state_->judge.begin(T_body_camera_calibrated, mounting);
 }
 
+void FloorFrontend::expect_ground(const Leveling& sigma) { state_->judge.expect_ground(sigma); }
+
 bool FloorFrontend::calibration_wrong() const { return state_->judge.calibration_wrong(); }
 bool FloorFrontend::floor_off() const { return state_->judge.off(); }
 void FloorFrontend::accept_knocks(bool accepted) { state_->judge.accept_knocks(accepted); }

@@ -35,6 +35,8 @@ class FloorFrontend {
 
   /// How the camera is mounted, where that is known before the first frame.
   void begin(const SE3& T_body_camera_calibrated, const Leveling& mounting);
+  /// MountingTracker::expect_ground(), before the first frame.
+  void expect_ground(const Leveling& sigma);
   /// False where the ground slopes: a floor that is off there is no knocked camera. For the frames
   /// to come.
   void accept_knocks(bool accepted);

@@ -22,6 +22,8 @@ class FloorJudge {
   void begin(const SE3& T_body_camera_calibrated, const Leveling& mounting) {
     tracker_.begin(T_body_camera_calibrated, mounting);
   }
+  /// MountingTracker::expect_ground(), before the first frame.
+  void expect_ground(const Leveling& sigma) { tracker_.expect_ground(sigma); }
   /// Frame after frame contradicted it with one and the same floor.
   bool calibration_wrong() const { return calibration_wrong_; }
   /// MountingTracker::off().

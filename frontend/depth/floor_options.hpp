@@ -39,10 +39,12 @@ struct FloorOptions {
 
   // Self-calibration.
   bool self_calibrate = true;
-  double report_change_deg = 0.2;   ///< a tracked change above this is reported
-  double process_deg = 0.002;       ///< deg per frame: how fast a sound mounting may creep
-  double process_height_m = 2e-5;   ///< m per frame
-  double mounting_gate = 14.2;      ///< chi-squared (3, .27 %): a stated mounting beyond is wrong
+  double report_change_deg = 0.2;  ///< a tracked change above this is reported
+  double process_deg = 0.002;      ///< deg per frame: how fast a sound mounting may creep
+  double process_height_m = 2e-5;  ///< m per frame
+  double mounting_gate = 14.2;     ///< chi-squared (3, .27 %): a stated mounting beyond is wrong
+  double ground_frames = 100;      ///< images that the ground's unevenness is of
+  double facing_share = 0.2;       ///< of unevenness: no number of frames takes it out, see tracker
   double max_unevenness_deg = 1.5;  ///< floors that scatter more: a hand holds the camera
   int confirm_frames = 15;          ///< a jump is believed after so many frames that agree
   double max_height_m = 3.0;        ///< cameras higher than this above a plane do not stand on it

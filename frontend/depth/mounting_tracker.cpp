@@ -31,11 +31,20 @@ Eigen::Vector3d one_place() {
 
 }  // namespace
 
+MountingTracker::MountingTracker(const FloorOptions& options)
+    : options_(options), ground_(one_place()), lag_one_(one_place()) {}
+
+void MountingTracker::expect_ground(const Leveling& sigma) {
+  const Eigen::Vector3d seen(sigma.roll, sigma.pitch, sigma.height);
+  if ((seen.cwiseAbs2().array() <= one_place().array()).all()) return;
+  ground_ = lag_one_ = one_place().cwiseMax(seen.cwiseAbs2());
+  ground_frames_ = options_.ground_frames;
+}
+
 void MountingTracker::begin(const SE3& T_calibrated, const Leveling& mounting) {
   state_ = {mounting.roll, mounting.pitch, mounting.height};
   begun_ = state_;
   P_ = one_place().asDiagonal();
-  ground_ = lag_one_ = one_place();
   reported_ = state_;
   estimate_.frames = 1;
   publish(T_calibrated);
@@ -48,8 +57,7 @@ void MountingTracker::update(const SE3& T_calibrated, const Plane& floor_camera,
   const Eigen::Matrix3d R = measurement_noise(covariance);
   if (estimate_.frames == 0) {
     state_ = measured;
-    P_ = R + Eigen::Matrix3d(one_place().asDiagonal());
-    ground_ = lag_one_ = one_place();
+    P_ = R + Eigen::Matrix3d(ground_.asDiagonal());
     reported_ = Eigen::Vector3d(0, 0, T_calibrated.translation().z());
     estimate_.frames = 1;
     publish(T_calibrated);
@@ -65,7 +73,8 @@ void MountingTracker::update(const SE3& T_calibrated, const Plane& floor_camera,
   } else {
     aside_.clear();
     const Eigen::Vector3d ground = observe_ground(innovation, (P_ + R).diagonal());
-    P_.diagonal() = P_.diagonal().cwiseMax(ground / estimate_.frames);
+    const double share = options_.facing_share * options_.facing_share;
+    P_.diagonal() = P_.diagonal().cwiseMax(ground / estimate_.frames).cwiseMax(share * ground_);
     const Eigen::Matrix3d K = P_ * (P_ + R + Eigen::Matrix3d(ground.asDiagonal())).inverse();
     state_ += K * innovation;
     P_ = (Eigen::Matrix3d::Identity() - K) * P_;
@@ -79,7 +88,7 @@ void MountingTracker::update(const SE3& T_calibrated, const Plane& floor_camera,
 // autoregression with coefficient c, n measurements are worth n (1 - c) / (1 + c).
 Eigen::Vector3d MountingTracker::observe_ground(const Eigen::Vector3d& innovation,
                                                 const Eigen::Vector3d& expected) {
-  const double share = 1 / std::min(10.0 + estimate_.frames, 100.0);
+  const double share = 1 / std::min(ground_frames_ + estimate_.frames, options_.ground_frames);
   const Eigen::Vector3d most = (kGate * (expected + ground_)).cwiseSqrt();
   const Eigen::Vector3d bounded = innovation.cwiseMin(most).cwiseMax(-most);
   ground_ = (ground_ + share * (bounded.cwiseAbs2() - expected - ground_)).cwiseMax(0);

@@ -12,7 +12,9 @@ namespace lamina {
 
 /// A Kalman filter on (roll, pitch, height) with a slow random walk. Unevenness of the ground is
 /// part of the measurement noise: its variance is what innovations scatter by beyond their own, and
-/// their correlation from one to the next says how many independent places were seen. The published
+/// their correlation from one to the next says how many independent places were seen. Slopes that
+/// face the camera fill more of an image than those that fall away, so a share of the unevenness
+/// (`facing_share`) never averages out. The published
 /// mounting is the calibrated one until the estimate contradicts it
 /// (`mounting_gate`). A measurement beyond four sigmas is set aside; when `confirm_frames` of them
 /// in a row agree in a turn about the camera's own place (to 1 cm: ground that rises or falls ahead
@@ -21,10 +23,13 @@ namespace lamina {
 /// has (`max_unevenness_deg`) is a camera that is not rigidly mounted (`rigid` false).
 class MountingTracker {
  public:
-  explicit MountingTracker(const FloorOptions& options) : options_(options) {}
+  explicit MountingTracker(const FloorOptions& options);
 
   /// The mounting as more than one frame knows it, to some tenths of a degree: where to begin.
   void begin(const SE3& T_body_camera_calibrated, const Leveling& mounting);
+  /// How uneven the ground of this recording is (1-sigma), where other frames showed it; before the
+  /// first frame. Ground is never taken as more level than one place usually is.
+  void expect_ground(const Leveling& sigma);
   /// Takes one frame's floor. `covariance` of its plane in Plane's tangent (tilt, tilt, rho).
   void update(const SE3& T_body_camera_calibrated, const Plane& floor_camera,
               const Eigen::Matrix3d& covariance);
@@ -41,8 +46,8 @@ class MountingTracker {
   /// For archives (models/archive.hpp): all that one call leaves to the next.
   template <class A>
   friend void fields(A& a, MountingTracker& v) {
-    a(v.begun_, v.state_, v.P_, v.ground_, v.lag_one_, v.previous_, v.reported_, v.aside_,
-      v.estimate_);
+    a(v.begun_, v.state_, v.P_, v.ground_, v.ground_frames_, v.lag_one_, v.previous_, v.reported_,
+      v.aside_, v.estimate_);
   }
 
  private:
@@ -56,8 +61,9 @@ class MountingTracker {
   std::optional<Eigen::Vector3d> begun_;  ///< what begin() set, in place of the calibrated
   Eigen::Vector3d state_ = Eigen::Vector3d::Zero();  ///< roll, pitch (rad), height (m)
   Eigen::Matrix3d P_ = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d ground_ = Eigen::Vector3d::Zero();    ///< variances of the ground, as state_
-  Eigen::Vector3d lag_one_ = Eigen::Vector3d::Zero();   ///< covariances of successive innovations
+  Eigen::Vector3d ground_;     ///< variances of the ground, as state_
+  double ground_frames_ = 10;  ///< images that ground_ stood for before the first
+  Eigen::Vector3d lag_one_;    ///< covariances of successive innovations
   Eigen::Vector3d previous_ = Eigen::Vector3d::Zero();  ///< innovation, not of those set aside
   Eigen::Vector3d reported_ = Eigen::Vector3d::Zero();
   std::deque<Eigen::Vector3d> aside_;

@@ -104,6 +104,7 @@ class SelfCalibration {
       const SE3 T_body_camera = all.calibration().depth_camera->camera.T_body_camera;
       const DepthCalibration found = calibrate_depth(all, settings_.floor, metrics_, input_.ended);
       front_end_.correct_depth(found.bend);
+      if (found.ground) front_end_.expect_ground(*found.ground);
       if (planar_ && settings_.floor.self_calibrate && found.mounting)
         front_end_.begin_with_mounting(T_body_camera, *found.mounting);
     });

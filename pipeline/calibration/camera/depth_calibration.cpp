@@ -18,8 +18,8 @@ namespace {
 
 constexpr double kDegree = M_PI / 180;
 
-// The floors of a camera whose calibration is contradicted by all of them.
-class OtherMounting {
+// What the floors of one camera have in common.
+class SeenFloors {
  public:
   void add(const FloorResult& floor, const FloorFrontend& frontend,
            const SE3& T_body_camera_calibrated) {
@@ -30,9 +30,8 @@ class OtherMounting {
     pitch_.push_back(l.pitch);
     height_.push_back(l.height);
   }
-  // Where most of ten and more agree.
-  std::optional<Leveling> result() const {
-    constexpr std::size_t kLeast = 10;
+  // Where calibration is contradicted by all, and most of ten and more agree.
+  std::optional<Leveling> mounting() const {
     constexpr double kAgree = 0.5 * kDegree, kAgreeHeight = 0.02;  // rad, m
     if (as_calibrated_ || roll_.size() < kLeast) return std::nullopt;
     const Leveling middle{median(roll_), median(pitch_), median(height_)};
@@ -44,8 +43,23 @@ class OtherMounting {
     if (2 * agree < roll_.size()) return std::nullopt;
     return middle;
   }
+  std::optional<Leveling> ground() const {
+    if (roll_.size() < kLeast) return std::nullopt;
+    return Leveling{sigma_of(roll_), sigma_of(pitch_), sigma_of(height_)};
+  }
 
  private:
+  static constexpr std::size_t kLeast = 10;
+
+  // Of independent values: half of the mean square of differences, by the median.
+  static double sigma_of(const std::vector<double>& values) {
+    constexpr double kMedianOfDifferences = 0.6745 * M_SQRT2;
+    std::vector<double> changes;
+    for (std::size_t i = 1; i < values.size(); ++i)
+      changes.push_back(std::abs(values[i] - values[i - 1]));
+    return median(changes) / kMedianOfDifferences;
+  }
+
   bool as_calibrated_ = false;  // a floor was once where it should be
   std::vector<double> roll_, pitch_, height_;
 };
@@ -59,17 +73,18 @@ DepthCalibration calibrate_depth(Recording& recording, const FloorOptions& optio
   const std::int64_t every = std::max<std::int64_t>(1, (all + kImages - 1) / kImages);
   FloorFrontend frontend(options);
   DistortionEstimator estimator;
-  OtherMounting other;
+  SeenFloors floors;
   for (std::int64_t k = 0; k < kImages && !ended(); ++k) {
     const auto frame = next_depth_image(recording, k == 0 ? 0 : every - 1);
     if (!frame) break;
     const FloorResult floor = frontend.process(*frame);
     estimator.add(floor, frontend.disparities(), frame->camera.camera);
-    other.add(floor, frontend, frame->camera.camera.T_body_camera);
+    floors.add(floor, frontend, frame->camera.camera.T_body_camera);
   }
   DepthCalibration result;
   if (ended()) return result;
-  result.mounting = other.result();
+  result.mounting = floors.mounting();
+  result.ground = floors.ground();
   if (result.mounting) {
     const Leveling& l = *result.mounting;
     run_log().info(

@@ -18,6 +18,9 @@ struct DepthCalibration {
   /// How the camera is mounted, against its calibration, where that is so wrong in tilt and height
   /// that no image shows a floor where it should be, and the floors seen instead agree.
   std::optional<Leveling> mounting;
+  /// How uneven the ground is: 1-sigma of one image's floor, by the median change from one floor to
+  /// the next, so that a knock or a ramp counts once. nullopt for fewer than ten floors.
+  std::optional<Leveling> ground;
 };
 
 /// Looks over the recording (over its first 1,200 images where the source cannot say how many it

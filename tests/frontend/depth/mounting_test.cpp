@@ -170,6 +170,31 @@ TEST(MountingTracker, SwellsOfTheGroundHideNoWrongMounting) {
   }
 }
 
+// Slopes that face the camera fill more of the image: level ground seems to rise ahead.
+TEST(MountingTracker, SlopesThatFaceTheCameraAreNoMounting) {
+  for (const double factor : {0.5, 1.0, 1.5}) {
+    FloorOptions options;
+    options.facing_share *= factor;
+    const MountingEstimate e = over_swells(0.08, 0.0015, options);
+    EXPECT_EQ(e.pitch, 0) << factor;
+    EXPECT_EQ(e.height, kMounting.translation().z()) << factor;
+  }
+}
+
+// A robot that begins on a slope: one place says nothing where the ground is known to be uneven.
+TEST(MountingTracker, OnUnevenGroundTheFirstPlaceIsNoMounting) {
+  for (const bool known : {false, true}) {
+    MountingTracker tracker{FloorOptions()};
+    if (known) tracker.expect_ground({1 * kDegree, 1 * kDegree, 0.01});
+    bool kept = true;
+    for (int i = 0; i < 100; ++i) {
+      tracker.update(kMounting, floor_of(turned(1.2 * std::cos(0.1 * i), 0)), frame_noise());
+      kept &= tracker.estimate().roll == 0;
+    }
+    EXPECT_EQ(kept, known);
+  }
+}
+
 // Driven to at 0.5 m/s and ten images a second, and stood before: both fill the image.
 TEST(MountingTracker, ARampAheadIsNoKnock) {
   MountingTracker tracker{FloorOptions()};
