@@ -262,7 +262,7 @@ function(lamina_install)
             FILES_MATCHING PATTERN "*.hpp" PATTERN "*_impl.hpp" EXCLUDE
             PATTERN "plane_information.hpp" EXCLUDE PATTERN "fallen_planes.hpp" EXCLUDE
             PATTERN "plane_candidates.hpp" EXCLUDE
-            PATTERN "raster_*.hpp" EXCLUDE PATTERN "term_group.hpp" EXCLUDE)
+            PATTERN "raster_*.hpp" EXCLUDE PATTERN "cyclone_*.hpp" EXCLUDE PATTERN "term_group.hpp" EXCLUDE)
   endforeach()
   install(FILES ${CMAKE_SOURCE_DIR}/pipeline/config/lamina.hpp ${CMAKE_BINARY_DIR}/include/lamina/version.hpp
           DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lamina)

@@ -39,6 +39,21 @@ OdometryTrack::OdometryTrack(std::span<const Odometry> samples) {
   interval_ = median(intervals);
 }
 
+// The usual interval is that of some twenty, without holes.
+bool OdometryTrack::add(const Odometry& sample) {
+  if (!track_.empty() && sample.stamp <= track_.back().stamp) {
+    ++dropped_;
+    return false;
+  }
+  if (!track_.empty()) {
+    const double passed = sample.stamp - track_.back().stamp;
+    if (interval_ == 0) interval_ = passed;
+    if (passed < kHole * interval_) interval_ += (passed - interval_) / 20;
+  }
+  track_.add(sample.stamp, sample.T_odom_body);
+  return true;
+}
+
 std::vector<Timestamp> OdometryTrack::stamps() const {
   std::vector<Timestamp> stamps;
   for (const StampedPose& sample : track_) stamps.push_back(sample.stamp);

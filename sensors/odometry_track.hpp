@@ -23,6 +23,8 @@ class OdometryTrack {
   OdometryTrack() = default;
   explicit OdometryTrack(std::span<const Odometry> samples);
 
+  /// One more sample while it is recorded; false where its time goes back (counted).
+  bool add(const Odometry& sample);
   bool empty() const { return track_.empty(); }
   const Trajectory& trajectory() const { return track_; }
   /// Of its samples.

@@ -14,6 +14,8 @@ struct RecordingSource {
   /// From its beginning, each time the same. Throws lamina::Error.
   std::function<std::unique_ptr<Recording>()> open;
   bool live = false;  ///< a device: read once, while it lasts
+  /// Frames of odometry and body, as a running robot has them.
+  std::string odometry_frame = "odom", body_frame = "base_link";
 };
 
 }  // namespace lamina

@@ -11,15 +11,17 @@ bool ends_with(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-bool is_odometry(const std::string& frame) { return frame == "odom" || ends_with(frame, "/odom"); }
-
 // Frames that move against the body: no mounting may be read through them.
 bool is_world(const std::string& frame) {
-  return frame == "map" || frame == "world" || is_odometry(frame) || ends_with(frame, "/map") ||
-         ends_with(frame, "/world");
+  return frame == "map" || frame == "world" || is_odometry_frame(frame) ||
+         ends_with(frame, "/map") || ends_with(frame, "/world");
 }
 
 }  // namespace
+
+bool is_odometry_frame(const std::string& frame) {
+  return frame == "odom" || ends_with(frame, "/odom");
+}
 
 std::string frame_name(const std::string& name) {
   return !name.empty() && name.front() == '/' ? name.substr(1) : name;
@@ -34,7 +36,7 @@ void BagBodies::add(const std::string& topic, const std::string& child, const Od
 
 void BagBodies::add_transform(const std::string& parent, const std::string& child, const SE3& T,
                               bool fixed, Timestamp stamp) {
-  if (is_odometry(parent)) {
+  if (is_odometry_frame(parent)) {
     add("", child, {stamp, T});
   } else if (!is_world(parent) && !is_world(child)) {
     if (fixed) tree_.add(parent, child, T);

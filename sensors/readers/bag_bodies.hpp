@@ -15,6 +15,9 @@ namespace lamina {
 /// Without the leading slash of old bags.
 std::string frame_name(const std::string& name);
 
+/// "odom", also of a robot's own name space: "robot1/odom".
+bool is_odometry_frame(const std::string& frame);
+
 /// Gathers transforms and odometry of all bodies of a bag; choose() settles whose they are. One
 /// tf tree may hold several robots, and several frames of one robot under its odometry.
 class BagBodies {

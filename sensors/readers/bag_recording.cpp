@@ -26,11 +26,12 @@ namespace lamina {
 using bag::folder_of, bag::is_empty, bag::kRawPerMetre, bag::to_se3;
 
 BagRecording::BagRecording(std::string name, std::unique_ptr<bag::Source> source,
-                           const RecordingOptions& options)
+                           const RecordingOptions& options, bag::LiveSource* live)
     : name_(std::move(name)),
       options_(options),
       given_(options.calibration),
-      source_(std::move(source)) {
+      source_(std::move(source)),
+      live_(live) {
   if (const auto band = options_.topics.find("cloud_slice"); band != options_.topics.end())
     slice_ = parse_cloud_slice(band->second);
   given_.apply(calibration_);
@@ -38,6 +39,10 @@ BagRecording::BagRecording(std::string name, std::unique_ptr<bag::Source> source
   read_small_messages();
   look_over_scans();
   place_camera();
+  if (live_) {
+    go_live();
+    return;
+  }
   std::vector<std::string> frames;
   for (const char* role : {"scan", "depth", "cloud", "imu"}) {
     if (!topic_of(role).empty()) frames.push_back(topic_of(role));
@@ -131,6 +136,8 @@ void BagRecording::take(const bag::Message& m) {
   const Timestamp stamp = Timestamp::from_nanoseconds(m.stamp_ns);
   const auto pose = to_se3(m.pose);
   const std::string parent = frame_name(m.frame), child = frame_name(m.child_frame);
+  const bool odometry = m.kind == bag::Kind::kOdometry || is_odometry_frame(parent);
+  if (odometry && odometry_frame_.empty()) odometry_frame_ = parent;
   if (!pose) {
     skips_.add("pose that is no rigid motion");
   } else if (m.kind == bag::Kind::kOdometry) {

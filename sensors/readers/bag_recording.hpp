@@ -9,6 +9,7 @@
 #include <lamina/sensors/depth_codes.hpp>
 #include <lamina/sensors/odometry_track.hpp>
 #include <lamina/sensors/readers/bag_bodies.hpp>
+#include <lamina/sensors/readers/bag_live.hpp>
 #include <lamina/sensors/readers/bag_messages.hpp>
 #include <lamina/sensors/readers/cloud_slice.hpp>
 #include <lamina/sensors/readers/reorder_buffer.hpp>
@@ -22,9 +23,10 @@ namespace lamina {
 
 class BagRecording final : public Recording {
  public:
-  /// `name` stands in messages.
+  /// `name` stands in messages. `live`: the same source, where it is a running robot's; what is
+  /// asked of a whole recording is then asked of its first look.
   BagRecording(std::string name, std::unique_ptr<bag::Source> source,
-               const RecordingOptions& options);
+               const RecordingOptions& options, bag::LiveSource* live = nullptr);
 
   std::optional<Measurement> next() override {
     while (true) {
@@ -38,7 +40,7 @@ class BagRecording final : public Recording {
           buffer_.finish();
           break;
         case bag::Source::Status::kDamaged:
-          skips_.add("damaged message");
+          skips_.add("damaged message", 1, message.topic);
           break;
         case bag::Source::Status::kWrongFormat:
           skips_.add(kSkipWrongFormat);
@@ -54,28 +56,21 @@ class BagRecording final : public Recording {
     return next();
   }
   const Calibration& calibration() const override { return calibration_; }
-  SkippedCounts skipped() const override { return skips_.counts(); }
+  SkippedCounts skipped() const override;
   std::map<std::string, std::string> first_skipped() const override { return skips_.firsts(); }
   std::map<std::string, std::vector<Timestamp>> recorded_stamps() const override {
     return {{"odometry", track_.stamps()}};
   }
-  std::map<Timestamp, Timestamp> restamped() const override {
-    std::map<Timestamp, Timestamp> all;
-    if (!topic_of("depth").empty()) return all;
-    for (const auto& [frame, scans] : scans_)
-      all.insert(scans.stream.restamped().begin(), scans.stream.restamped().end());
-    return all;
-  }
+  std::map<Timestamp, Timestamp> restamped() const override;
   std::vector<std::string> remarks() const override { return remarks_; }
   std::vector<std::string> assumed() const override { return assumed_; }
-  std::vector<Warning> warnings() const override {
-    std::vector<Warning> all = warnings_;
-    for (const auto& [frame, scans] : scans_) add_warnings(all, scans.stream.notes().warnings);
-    if (auto found = saturated_.warning()) all.push_back(*std::move(found));
-    for (const std::string& problem : source_->problems()) all.push_back({"bag_damaged", problem});
-    return all;
+  std::vector<Warning> warnings() const override;
+  std::optional<std::int64_t> size_hint() const override {
+    return live_ ? std::nullopt : std::optional(expected_);
   }
-  std::optional<std::int64_t> size_hint() const override { return expected_; }
+  /// Names of frames; empty where none is known.
+  const std::string& odometry_frame() const { return odometry_frame_; }
+  const std::string& body_frame() const { return body_frame_; }
 
  private:
   /// The topic of a role; "" where none was chosen.
@@ -99,6 +94,8 @@ class BagRecording final : public Recording {
   void convert_depth(bag::Message& message, Timestamp stamp);
   void convert_cloud(const bag::Message& message, Timestamp stamp);
   void convert_imu(const bag::Message& message, Timestamp stamp);
+  void go_live();
+  void add_live_odometry(const bag::Message& message);
   void push_odometry(std::optional<Timestamp> until);
   void push_frame(Measurement frame);
   std::optional<SE3> T_body(const std::string& frame);
@@ -108,11 +105,13 @@ class BagRecording final : public Recording {
   RecordingOptions options_;
   CalibrationOverlay given_;
   std::unique_ptr<bag::Source> source_;
+  bag::LiveSource* live_;  // of source_; null: a file
   Calibration calibration_;
   std::map<std::string, std::string> chosen_;  // role -> topic
   std::map<std::string, bag::Message> infos_;  // topic -> first CameraInfo
   BagBodies bodies_;
-  std::string body_frame_, sensor_frame_;     // the latter: of the first scan, else image
+  std::string body_frame_, sensor_frame_;  // the latter: of the first scan, else image
+  std::string odometry_frame_;
   std::map<std::string, LidarModel> lidars_;  // by frame
   OdometryTrack track_;
   std::set<Timestamp> odometry_given_;

@@ -32,6 +32,7 @@ void BagRecording::convert(bag::Message& message) {
   if (message.kind == bag::Kind::kDepth && !light_) convert_depth(message, stamp);
   if (message.kind == bag::Kind::kCloud && !light_) convert_cloud(message, stamp);
   if (message.kind == bag::Kind::kImu) convert_imu(message, stamp);
+  if (live_) add_live_odometry(message);
 }
 
 void BagRecording::convert_imu(const bag::Message& message, Timestamp stamp) {
@@ -74,7 +75,8 @@ void BagRecording::convert_scan(bag::Message& message) {
     return;
   }
   Scans& scans = scans_[frame_name(message.frame)];
-  auto used = scans.stream.stamp(scans.next++);
+  auto used =
+      live_ ? Timestamp::from_nanoseconds(message.stamp_ns) : scans.stream.stamp(scans.next++);
   if (!used) return;
   if (last_scan_ && *used == *last_scan_) used = *used + 1e-6;
   last_scan_ = used;

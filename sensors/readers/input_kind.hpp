@@ -8,8 +8,8 @@ namespace lamina {
 
 /// What INPUT may be.
 inline constexpr const char* kInputKinds =
-    "a dataset folder, .oni, .log, .clf, .rawlog, .bag, .db3, .mcap, a ROS 2 folder, .pcd, or "
-    "openni:URI";
+    "a dataset folder, .oni, .log, .clf, .rawlog, .bag, .db3, .mcap, a ROS 2 folder, .pcd, "
+    "openni:URI, or ros2:[DOMAIN]";
 
 /// The ending in lower case without what says that it is compressed: ".log" of "A.LOG.gz".
 std::string ending_of(const std::filesystem::path& path);

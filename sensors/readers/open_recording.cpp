@@ -84,6 +84,7 @@ std::unique_ptr<Recording> as_it_is(const std::string& input, const RecordingOpt
   if (input.compare(0, device.size(), device) == 0) {
     return open_openni(input.substr(device.size()), false, options);
   }
+  if (input.rfind("ros2:", 0) == 0) return open_ros2_live(input, options);
   const std::filesystem::path path(input);
   std::error_code error;
   if (!std::filesystem::exists(path, error)) {

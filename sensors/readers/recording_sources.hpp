@@ -28,6 +28,9 @@ std::unique_ptr<Recording> open_ros2(const std::filesystem::path& path,
                                      const RecordingOptions& options);
 /// The messages of open_ros2().
 std::unique_ptr<bag::Source> open_ros2_messages(const std::filesystem::path& path);
+/// `ros2:` or `ros2:DOMAIN`: a running robot.
+std::unique_ptr<Recording> open_ros2_live(const std::string& input,
+                                          const RecordingOptions& options);
 /// `uri` is a file (.oni), a device's URI, or empty for any device.
 std::unique_ptr<Recording> open_openni(const std::string& uri, bool is_file,
                                        const RecordingOptions& options);
