@@ -7,9 +7,10 @@
 #include <lamina/apps/run_display.hpp>
 #include <lamina/apps/verbs.hpp>
 #include <lamina/io/atomic_file.hpp>
-#include <lamina/models/error.hpp>
 #include <lamina/pipeline/config/map_request.hpp>
 #include <lamina/pipeline/map.hpp>
+#include <lamina/pipeline/publish/published_run.hpp>
+#include <lamina/pipeline/require_planes.hpp>
 #include <lamina/pipeline/write_results.hpp>
 #include <lamina/sensors/readers/input_kind.hpp>
 #include <lamina/viewer/report.hpp>
@@ -20,11 +21,13 @@ namespace {
 struct MapCommand : MapRequest {
   bool quiet = false;
   std::optional<std::string> live;  ///< [ADDRESS:]PORT of the page to look on, empty: the default
+  bool publish = false;             ///< to ROS 2
+  double rate = 1;                  ///< times real time, of a file that is replayed
 };
 
 // What signals do, and what is said where they leave no time to write.
 InterruptGuard guard(const MapCommand& command) {
-  const bool live = command.input.rfind("openni:", 0) == 0;
+  const bool live = is_live(command.input);
   const std::string again = command.resume ? "the same command" : "the same command with --resume";
   return {live ? InterruptGuard::Kind::kEndsReading : InterruptGuard::Kind::kWithinASecond,
           std::string("warning: interrupted before there was a map: nothing was written, ") +
@@ -33,27 +36,10 @@ InterruptGuard guard(const MapCommand& command) {
               " goes on from the last checkpoint"};
 }
 
-void require_planes(const MapResult& result) {
-  const Diagnostics& diagnostics = result.diagnostics();
-  if (!result.map.planes.empty()) return;
-  std::string causes, more;
-  for (const Warning& warning : diagnostics.warnings) {
-    if (causes.empty()) {
-      causes = "; " + warning.text;
-    } else {
-      more += (more.empty() ? "; also: " : ", ") + warning.id;
-    }
-  }
-  throw Error(fmt::format(
-      "{}: found no plane in {:.0f} frames and scans ({}{}{}), expected walls or floor that "
-      "several of them see; the files written hold none",
-      result.recording, static_cast<double>(diagnostics.counts.steps), skipped_text(diagnostics),
-      causes, more));
-}
-
-int run(const MapCommand& command) {
+int run(MapCommand& command) {
   set_up_log(command.quiet);
   InterruptGuard interrupt = guard(command);
+  command.ended = [&interrupt] { return interrupt.interrupted(); };
   auto [source, options] = requested(command);
   options.command = command_line();
   for (const std::string& line : options.former_names) spdlog::warn(line);
@@ -64,8 +50,12 @@ int run(const MapCommand& command) {
     fmt::print(stderr, "live map: {}\n", page->url());
   }
   RunDisplay display(interrupt, command.quiet, page ? &*page : nullptr, command.output);
-  const MapResult result = map(source, options, display);
+  std::optional<PublishedRun> published;
+  if (command.publish) published.emplace(source, options, command.rate, display);
+  RunObserver& observer = published ? static_cast<RunObserver&>(*published) : display;
+  const MapResult result = map(source, options, observer);
   const WrittenResults written = write_results(command.output, result, display);
+  if (published) published->finished(result);
   viewer::write_report(command.output);
   const bool whole = written.whole && !result.stopped;
   interrupt.all_is_written();
@@ -81,7 +71,7 @@ int run(const MapCommand& command) {
 
 Verb map_verb() {
   return {
-      "map", "maps a recording or a live sensor",
+      "map", "maps a recording, a live sensor or a running ROS 2 robot",
       "lamina map recording.log --output out/recording --set window.keyframes=30",
       [](CLI::App& app) {
         auto request = std::make_shared<MapCommand>();
@@ -101,12 +91,15 @@ Verb map_verb() {
         app.add_option("--threads", request->threads, "threads; results do not depend on it");
         app.add_flag("--resume", request->resume, "go on from the last checkpoint");
         app.add_flag("--quiet", request->quiet, "no progress, warnings only");
+        app.add_flag("--publish", request->publish, "the map to ROS 2 while it grows (online)");
+        app.add_option("--rate", request->rate, "times real time that --publish replays a file at")
+            ->check(CLI::PositiveNumber);
         auto live = std::make_shared<std::string>();
         const auto* live_flag =
             app.add_flag("--live{}", *live,
                          "shows the map in a browser while it grows; --live=[ADDRESS:]PORT: where");
         return [request, mode, live, live_flag]() {
-          request->online = *mode == "online";
+          request->online = *mode == "online" || request->publish;
           if (live_flag->count() > 0) request->live = *live;
           return run(*request);
         };

@@ -10,7 +10,6 @@
 #include <lamina/models/ear_clipping.hpp>
 
 namespace lamina::io {
-namespace {
 
 // Okabe-Ito colours, which colour-blind readers tell apart.
 std::array<std::uint8_t, 3> color_of(PlaneLabel label) {
@@ -30,6 +29,8 @@ std::array<std::uint8_t, 3> color_of(PlaneLabel label) {
   }
   return {153, 153, 153};
 }
+
+namespace {
 
 // Planes as vertices, each outline's own, and triangles between them.
 class PlaneMesh {

@@ -2,11 +2,15 @@
 #include <lamina/pipeline/config/map_request.hpp>
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <lamina/io/sealed_file.hpp>
 #include <lamina/models/error.hpp>
+#include <lamina/pipeline/calibration/log.hpp>
 #include <lamina/pipeline/config/preset.hpp>
 #include <lamina/pipeline/config/settings.hpp>
+#include <lamina/sensors/ros2/live_source.hpp>
+#include <lamina/sensors/surface_pixels.hpp>
 #include <lamina/sensors/text.hpp>
 
 namespace lamina {
@@ -67,25 +71,45 @@ std::string identity(const MapRequest& request, MapOptions options) {
          "\nmode: " + (request.online ? "online" : "offline") + "\n" + to_yaml(options, false);
 }
 
+std::unique_ptr<Recording> open_input(const MapRequest& request, const RecordingOptions& options,
+                                      RecordingSource& source) {
+  if (!ros2::is_live(request.input)) return open_recording(request.input, options);
+  ros2::LiveOptions live;
+  live.ended = request.ended;
+  live.say = [](const std::string& line) { run_log().info(line); };
+  live.on_frames = [&source](const std::string& odometry, const std::string& body) {
+    if (!odometry.empty()) source.odometry_frame = odometry;
+    if (!body.empty()) source.body_frame = body;
+  };
+  return std::make_unique<SurfacesRecording>(ros2::open_live(request.input, options, live));
+}
+
 }  // namespace
 
+bool is_live(const std::string& input) {
+  return input.rfind("openni:", 0) == 0 || ros2::is_live(input);
+}
+
 Requested requested(const MapRequest& request) {
+  Requested result;
   RecordingOptions recording;
   recording.topics = chosen_topics(options_of(request));
   recording.calibration = request.calibration;
   const auto open = [input = request.input, recording] { return open_recording(input, recording); };
   // What is opened to learn of its sensors is handed out first: a device bears no second one.
-  const auto first = std::make_shared<std::unique_ptr<Recording>>(open());
+  const auto first =
+      std::make_shared<std::unique_ptr<Recording>>(open_input(request, recording, result.source));
   const Calibration sensors = (*first)->calibration();
-  RecordingSource source{request.input,
-                         [open, first] { return *first ? std::move(*first) : open(); },
-                         request.input.rfind("openni:", 0) == 0};
-  MapOptions options = options_of(request, &sensors);
-  options.online = request.online;
+  result.source.name = request.input;
+  result.source.open = [open, first] { return *first ? std::move(*first) : open(); };
+  result.source.live = is_live(request.input);
+  MapOptions& options = result.options;
+  options = options_of(request, &sensors);
+  options.online = request.online || ros2::is_live(request.input);
   options.resume = request.resume;
   options.scratch_folder = options.checkpoint_folder = request.output;
   options.checkpoint_identity = identity(request, options);
-  return {std::move(source), std::move(options)};
+  return result;
 }
 
 MapOptions preset_options(const Calibration& sensors) { return options_of(MapRequest{}, &sensors); }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,7 +23,11 @@ struct MapRequest {
   bool online = false;                   ///< false: offline, the whole graph is refined at the end
   std::optional<int> seed, threads;
   bool resume = false;
+  std::function<bool()> ended = [] { return false; };  ///< a live source is to end
 };
+
+/// A device or a running robot: read once, while it lasts.
+bool is_live(const std::string& input);
 
 /// Options of a request: defaults, the preset, then the file, then --set, --seed, --threads. Where
 /// the request names no preset, `sensors` choose it (null: none yet). Throws lamina::Error for the
@@ -30,7 +35,7 @@ struct MapRequest {
 MapOptions options_of(const MapRequest& request, const Calibration* sensors = nullptr);
 
 /// The recording of a request, and the options of its run: by its sensors, with scratch files and
-/// checkpoint in the output folder.
+/// checkpoint in the output folder. A running robot is mapped online.
 struct Requested {
   RecordingSource source;
   MapOptions options;
