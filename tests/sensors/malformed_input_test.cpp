@@ -115,8 +115,8 @@ TEST(Malformed, InputsThatAreNoRecordings) {
   folder.write("words.log", "hello\nworld\n");
   std::filesystem::create_directories(folder.path() / "folder.bag");
   const std::string kinds =
-      "a dataset folder, .oni, .log, .clf, .rawlog, .bag, .db3, .mcap, a ROS 2 folder, .pcd, or "
-      "openni:URI";
+      "a dataset folder, .oni, .log, .clf, .rawlog, .bag, .db3, .mcap, a ROS 2 folder, .pcd, "
+      "openni:URI, or ros2:[DOMAIN]";
   const auto open = [&](const std::string& name) {
     return message_of([&] { open_recording(folder.file(name)); });
   };
