@@ -20,8 +20,8 @@ namespace lamina::apps {
 namespace {
 
 std::vector<Verb> all_verbs() {
-  return {map_verb(),      refine_verb(), scan_verb(), plan_verb(),  simulate_verb(),
-          evaluate_verb(), info_verb(),   view_verb(), config_verb()};
+  return {map_verb(),      refine_verb(), scan_verb(), plan_verb(),   simulate_verb(),
+          evaluate_verb(), info_verb(),   view_verb(), export_verb(), config_verb()};
 }
 
 std::string called_with = "lamina";  // see command_line()

@@ -24,6 +24,7 @@ Verb simulate_verb();
 Verb evaluate_verb();
 Verb info_verb();
 Verb view_verb();
+Verb export_verb();
 Verb config_verb();
 
 /// What the program was called with, a word after the other; set by run().

@@ -13,6 +13,7 @@
 
 #include <lamina/io/atomic_file.hpp>
 #include <lamina/io/image_files.hpp>
+#include <lamina/io/map_folder.hpp>
 #include <lamina/models/error.hpp>
 
 namespace lamina::io {
@@ -33,6 +34,21 @@ float NavigabilityCell::*layer_of(std::size_t index) {
       &NavigabilityCell::height, &NavigabilityCell::slope, &NavigabilityCell::navigability,
       &NavigabilityCell::confidence};
   return kMembers[index];
+}
+
+// NAME.pgm and NAME.yaml; `fill` writes a row of pixels, row 0 at the largest y.
+void write_pgm_map(const std::filesystem::path& folder, const std::string& name,
+                   const std::string& mode, const GridGeometry& g,
+                   const std::function<void(int row, std::string& pixels)>& fill) {
+  std::string pixels(static_cast<std::size_t>(g.width), '\0');
+  write_atomically(folder / (name + ".pgm"), [&](std::ostream& out) {
+    out << fmt::format("P5\n{} {}\n255\n", g.width, g.height);
+    for (int y = 0; y < g.height; ++y) {
+      fill(y, pixels);
+      out.write(pixels.data(), static_cast<std::streamsize>(pixels.size()));
+    }
+  });
+  write_atomically(folder / (name + ".yaml"), map_yaml(g, name + ".pgm", mode));
 }
 
 // An empty map is still a file that readers accept: one unknown cell.
@@ -105,6 +121,11 @@ WrittenGrid read_grid(const std::filesystem::path& folder) {
   return written;
 }
 
+NavigabilityGrid read_map_grid(const std::filesystem::path& map) {
+  if (!std::filesystem::exists(map / "grid" / "grid.yaml")) require_map_folder(map);
+  return read_grid(map / "grid").grid;
+}
+
 void write_navigability_map(const std::filesystem::path& folder, const NavigabilityGrid& grid) {
   // Grey between the two thresholds where nothing is known: map_server of ROS 1 reads alpha only of
   // what neither of them decides.
@@ -129,19 +150,28 @@ void write_occupancy_map(const std::filesystem::path& folder, const GridGeometry
   const GridGeometry g = at_least_one_cell(geometry);
   std::vector<float> values(static_cast<std::size_t>(g.width),
                             std::numeric_limits<float>::quiet_NaN());
-  std::string pixels(values.size(), '\0');
-  write_atomically(folder / "occupancy.pgm", [&](std::ostream& out) {
-    out << fmt::format("P5\n{} {}\n255\n", g.width, g.height);
-    for (int y = 0; y < g.height; ++y) {
-      if (!geometry.empty()) fill(y, values.data());
-      std::transform(values.begin(), values.end(), pixels.begin(), [](float p) {
-        constexpr std::uint8_t kOccupied = 0, kUnknown = 205, kFree = 254;
-        return static_cast<char>(p > 0.65F ? kOccupied : p < 0.196F ? kFree : kUnknown);
-      });
-      out.write(pixels.data(), static_cast<std::streamsize>(pixels.size()));
-    }
+  write_pgm_map(folder, "occupancy", "trinary", g, [&](int y, std::string& pixels) {
+    if (!geometry.empty()) fill(y, values.data());
+    std::transform(values.begin(), values.end(), pixels.begin(), [](float p) {
+      constexpr std::uint8_t kOccupied = 0, kUnknown = 205, kFree = 254;
+      return static_cast<char>(p > 0.65F ? kOccupied : p < 0.196F ? kFree : kUnknown);
+    });
   });
-  write_atomically(folder / "occupancy.yaml", map_yaml(g, "occupancy.pgm", "trinary"));
+}
+
+void write_filter_masks(const std::filesystem::path& folder, const NavigabilityGrid& grid) {
+  const GridGeometry g = at_least_one_cell(known_bounds(grid));
+  std::vector<float> values(static_cast<std::size_t>(g.width));
+  const auto write = [&](const std::string& name, char (*mask)(float navigability)) {
+    write_pgm_map(folder, name, "raw", g, [&](int y, std::string& pixels) {
+      layer_row(grid, g, y, &NavigabilityCell::navigability, values.data());
+      std::transform(values.begin(), values.end(), pixels.begin(), mask);
+    });
+  };
+  write("keepout", [](float n) { return static_cast<char>(n == 0 ? 100 : 0); });
+  write("speed", [](float n) {
+    return static_cast<char>(n > 0 && n < 1 ? std::clamp(std::lround(100 * n), 1L, 99L) : 0);
+  });
 }
 
 }  // namespace lamina::io

@@ -18,6 +18,7 @@
 #include <lamina/io/scan_files.hpp>
 #include <lamina/io/terrain_files.hpp>
 #include <lamina/pipeline/checkpoint.hpp>
+#include <lamina/pipeline/export_map.hpp>
 
 namespace lamina {
 namespace {
@@ -36,12 +37,16 @@ void write_edges(const std::filesystem::path& file, const std::vector<EdgePoint>
   });
 }
 
-// What an earlier run of another recording or mode left is not this map's: paths, errors, charts.
+// What an earlier run of another recording or mode left is not this map's: paths, errors, charts,
+// what was exported.
 void remove_files_of_another_map(const fs::path& folder) {
   std::error_code ignored;
   for (const char* file : {"trajectory_before.txt", "evaluation.json", "window.csv", "path.csv",
                            "path.png", "report.html"}) {
     fs::remove(folder / file, ignored);
+  }
+  for (const ExportFormat& format : export_formats()) {
+    for (const std::string& file : format.files) fs::remove(folder / file, ignored);
   }
   for (int i = 1; fs::remove(folder / fmt::format("trajectory_{}.txt", i), ignored); ++i) {
   }

@@ -81,8 +81,8 @@ TEST(BadInput, WhatIsOfAnotherMapGoes) {
   const Path out = scratch() / "map_again";
   std::filesystem::remove_all(out);
   std::filesystem::create_directories(out);
-  const std::vector<std::string> stale{"path.csv", "path.png", "trajectory_1.txt",
-                                       "trajectory_2.txt", "evaluation.json"};
+  const std::vector<std::string> stale{"path.csv",         "path.png",        "trajectory_1.txt",
+                                       "trajectory_2.txt", "evaluation.json", "keepout.pgm"};
   for (const std::string& file : stale) std::ofstream(out / file) << "old\n";
   ASSERT_EQ(run({"refine", mapped(1), "--output", out, "--quiet"}), 0);
   for (const std::string& file : stale) EXPECT_FALSE(std::filesystem::exists(out / file)) << file;

@@ -59,8 +59,8 @@ void replace_in(const Path& file, const std::string& what, const std::string& wi
 TEST(Contract, EveryVerbHasHelpWithAnExample) {
   const Outcome all = outcome({"--help"});
   EXPECT_EQ(all.code, 0);
-  for (const char* verb :
-       {"map", "refine", "scan", "plan", "simulate", "evaluate", "info", "view", "config"}) {
+  for (const char* verb : {"map", "refine", "scan", "plan", "simulate", "evaluate", "info", "view",
+                           "export", "config"}) {
     EXPECT_THAT(all.out, HasSubstr(verb));
     const Outcome one = outcome({verb, "--help"});
     EXPECT_EQ(one.code, 0) << verb;
@@ -100,6 +100,8 @@ TEST(Contract, WrongUsageIsOneLineAndExitTwo) {
   expect_usage({"view", data}, "found a recording (calibration.yaml) and no map of it, expected");
   expect_usage({"view", Path(map) / "planes.json"}, "planes.json: found a file, expected");
   expect_usage({"view", scratch()}, "found neither planes.json nor trajectory.txt, expected");
+  expect_usage({"export", map, "--to", "pdf"}, "--to: found 'pdf', expected one of: keepout");
+  expect_usage({"export", "nothing", "--to", "keepout", "--output", out}, "found no such folder");
   expect_usage({"plan", "nothing", "--from", "0,0", "--to", "1,1"}, "found no such folder");
   expect_usage({"evaluate", "nothing", "--truth", data}, "found no such folder");
   expect_usage({"refine", "nothing", "--output", out}, "session.lamina");
@@ -331,6 +333,19 @@ TEST(Contract, AFolderOfCloudsIsMapped) {
   EXPECT_EQ(labels["floor"], 1);
   EXPECT_GE(labels["wall"], 2);
   EXPECT_EQ(Trajectory::read_tum(map / "trajectory.txt").size(), 12u);
+}
+
+TEST(Contract, AMapIsExportedWhereItIsAndElsewhere) {
+  const Path map = mapped(1), elsewhere = scratch() / "masks" / "deep";
+  const Outcome there = outcome({"export", map, "--to", "keepout", "--output", elsewhere});
+  ASSERT_EQ(there.code, 0) << there.log;
+  for (const char* name : {"keepout.yaml", "keepout.pgm", "speed.yaml", "speed.pgm"}) {
+    EXPECT_THAT(there.out, HasSubstr((elsewhere / name).string() + "\n"));
+    EXPECT_TRUE(std::filesystem::exists(elsewhere / name)) << name;
+    EXPECT_FALSE(std::filesystem::exists(map / name)) << name;
+  }
+  const std::string pixels = text_of(elsewhere / "keepout.pgm");
+  EXPECT_GT(std::count(pixels.begin(), pixels.end(), static_cast<char>(100)), 50) << "walls";
 }
 
 // Looking up it sees none, whatever its mounting says; nobody knows where the floor is. Nothing is

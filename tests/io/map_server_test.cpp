@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 
 #include <lamina/io/grid_files.hpp>
 
@@ -133,6 +134,49 @@ TEST_F(MapServer, BlackUnderAlphaZeroIsAnObstacleToRos1) {
   const std::array<std::uint8_t, 4> black{0, 0, 0, 0};
   EXPECT_EQ(ros1_scale(map_, black.data()), kOccupied);
   EXPECT_EQ(nav2_scale(map_, black.data()), kUnknown);
+}
+
+// Of a filter's mask, mode raw: nav2 takes a pixel up to 100 as the cell's value, and row 0 of the
+// image is the highest of the grid.
+std::vector<int> nav2_raw_mask(const fs::path& folder, const std::string& name) {
+  const YAML::Node yaml = YAML::LoadFile((folder / (name + ".yaml")).string());
+  EXPECT_EQ(yaml["mode"].as<std::string>(), "raw");
+  EXPECT_EQ(yaml["negate"].as<int>(), 0);
+  EXPECT_EQ(yaml["origin"][0].as<double>(), -0.05);
+  EXPECT_EQ(yaml["origin"][1].as<double>(), 0.1);
+  EXPECT_EQ(yaml["resolution"].as<double>(), 0.05);
+  EXPECT_LT(yaml["free_thresh"].as<double>(), yaml["occupied_thresh"].as<double>());
+  std::ifstream file(folder / yaml["image"].as<std::string>(), std::ios::binary);
+  std::string magic;
+  int width = 0, height = 0, most = 0;
+  file >> magic >> width >> height >> most;
+  EXPECT_EQ(magic, "P5");
+  EXPECT_EQ(most, 255);
+  EXPECT_EQ(file.get(), '\n');
+  std::vector<int> cells(static_cast<std::size_t>(width * height), -2);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const int pixel = file.get();
+      cells[static_cast<std::size_t>(width * (height - y - 1) + x)] = pixel <= 100 ? pixel : -1;
+    }
+  }
+  EXPECT_EQ(file.get(), std::ifstream::traits_type::eof());
+  return cells;
+}
+
+TEST(FilterMasks, Nav2KeepsOutAndSlowsDown) {
+  const fs::path folder = fs::temp_directory_path() / "lamina_filter_masks";
+  fs::create_directories(folder);
+  NavigabilityGrid grid(0.05);
+  grid.at_or_new({-1, 2}) = {0, 0, 1.0F, 1};   // level floor
+  grid.at_or_new({1, 2}) = {0, 0, 0.0F, 1};    // a hole
+  grid.at_or_new({-1, 3}) = {0, 0, 0.4F, 1};   // slow
+  grid.at_or_new({0, 3}) = {0, 0, 0.001F, 1};  // as slow as there is
+  grid.at_or_new({1, 3}).height = 0.25F;       // seen, its navigability unknown
+  write_filter_masks(folder, grid);
+  EXPECT_EQ(nav2_raw_mask(folder, "keepout"), (std::vector<int>{0, 0, 100, 0, 0, 0}));
+  EXPECT_EQ(nav2_raw_mask(folder, "speed"), (std::vector<int>{0, 0, 0, 40, 1, 0}));
+  fs::remove_all(folder);
 }
 
 }  // namespace
