@@ -3,6 +3,7 @@
 #include <lamina/pipeline/calibration/camera/camera_hand_eye.hpp>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -13,7 +14,7 @@ namespace {
 using Vector = WheelErrors::Vector;
 using Matrix = WheelErrors::Matrix;
 constexpr double kDelta = 1e-4;  // of an error, for differences
-constexpr double kHeld = 10;    // of the wheels' variance: components an image knows worse are open
+constexpr double kHeld = 10;    // of the wheels' variance: directions an image knows worse are open
 constexpr double kOutlier = 9;  // chi-squared
 constexpr double kLeastNoise = 0.1;  // of the stated variance
 constexpr std::size_t kLeastFacts = 30;
@@ -87,12 +88,22 @@ void CameraAgainstWheels::take(Timestamp stamp, const DepthMotion& by_image) {
   const double r = options_.sigma_rotation + options_.sigma_motion * radians;
   Eigen::Matrix3d expected = planar(piece_->covariance);
   expected.diagonal() += Eigen::Vector3d(t * t, t * t, r * r);
-  const Eigen::Matrix3d measured = planar(of_image);
+  // In units of what is expected: by component where an image knows all three, else along the axes
+  // of what it knows, each counted to the component it is nearest to.
+  const Eigen::Matrix3d L = expected.llt().matrixL();
+  const Eigen::Matrix3d whiten = L.inverse(),
+                        image = whiten * planar(of_image) * whiten.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(image);
+  Eigen::Matrix3d directions = axes.eigenvectors();
+  if (1 + axes.eigenvalues()(2) <= kHeld) directions.setIdentity();
   for (int k = 0; k < 3; ++k) {
-    const double variance = expected(k, k) + measured(k, k);
-    if (variance > kHeld * expected(k, k)) continue;
-    facts_.push_back(
-        {J.row(k).transpose() / std::sqrt(variance), off(k) / std::sqrt(variance), k, block});
+    const Eigen::RowVector3d direction = directions.col(k).transpose();
+    const double variance = 1 + direction.dot(direction * image);
+    if (variance > kHeld) continue;
+    int component = 0;
+    direction.cwiseAbs().maxCoeff(&component);
+    const Eigen::RowVector3d to_fact = direction * whiten / std::sqrt(variance);
+    facts_.push_back({(to_fact * J).transpose(), to_fact * off, component, block});
   }
 }
 

@@ -121,6 +121,20 @@ TEST(CameraAgainstWheels, OpenDirectionsTellNothing) {
   EXPECT_FALSE(drive.camera.correction());
 }
 
+// A wall seen obliquely holds neither component of the way alone, but one direction between them:
+// one to the left and one to the right tell scale and heading.
+TEST(CameraAgainstWheels, ObliqueWallsTellTheHeading) {
+  Drive drive(8, SE3(SO3::rot_z(3 * kDegree), {0, 0, 0}));
+  drive.turning = 0;
+  drive.information.topLeftCorner<2, 2>() << 5e5, -5e5, -5e5, 5e5;
+  drive.go(400);
+  drive.information.topLeftCorner<2, 2>() << 5e5, 5e5, 5e5, 5e5;
+  drive.go(400);
+  const auto found = drive.camera.correction();
+  ASSERT_TRUE(found);
+  EXPECT_NEAR(found->correction.rotation_body.z(), 3 * kDegree, 0.6 * kDegree);
+}
+
 // An error of many sigmas of good wheels is no outlier.
 TEST(CameraAgainstWheels, GoodWheelsTellALargeError) {
   Drive drive(6, SE3(SO3::rot_z(4 * kDegree), {0, 0, 0}));
