@@ -42,12 +42,12 @@ class CameraAgainstWheels {
     Matrix6d covariance = Matrix6d::Zero();  ///< of all of them together
     SE3 T_images;
   };
-  /// One component of a piece's planar motion: value = row e + noise of variance 1 (before it is
+  /// One direction of a piece's planar motion: value = row e + noise of variance 1 (before it is
   /// scaled).
   struct Fact {
     WheelErrors::Vector row;
     double value;
-    int component;  ///< along, across, heading
+    int component;  ///< that the direction is nearest to: along, across, heading
     int block;
   };
   struct Fit {
